@@ -1,0 +1,40 @@
+"""Floors: plans as polygons, ROS maps, routes on them and the tags laid on them."""
+
+from rfiddesign.floor.map_floor import (
+    FREE,
+    OCCUPIED,
+    UNKNOWN,
+    AreaRow,
+    MapThresholds,
+    area_sensitivity,
+    classify,
+    floor_from_map,
+    unknown_peak,
+)
+from rfiddesign.floor.plan import Floor, floor_from_polygon, rectangle_floor
+from rfiddesign.floor.ros_map import OccupancyMap, read_ros_map
+from rfiddesign.floor.routes import free_way, random_route
+from rfiddesign.floor.tag_map import TagMap, build_tag_map, visible_tags, write_tags_csv
+
+__all__ = [
+    "FREE",
+    "OCCUPIED",
+    "UNKNOWN",
+    "AreaRow",
+    "Floor",
+    "MapThresholds",
+    "OccupancyMap",
+    "TagMap",
+    "area_sensitivity",
+    "build_tag_map",
+    "classify",
+    "floor_from_map",
+    "floor_from_polygon",
+    "free_way",
+    "random_route",
+    "read_ros_map",
+    "rectangle_floor",
+    "unknown_peak",
+    "visible_tags",
+    "write_tags_csv",
+]

@@ -1,0 +1,82 @@
+"""Geometry: poses, detection areas, reader layouts and tag patterns."""
+
+from rfiddesign.geometry.areas import DetectionArea, Disc, Rectangle, Ring, RoundedRectangle, sphere_floor_disc
+from rfiddesign.geometry.coverage import Coverage, coverage, coverage_by_heading
+from rfiddesign.geometry.drive import Aliasing, HeadingDrive, aliased_headings, blind_corridors, blind_distances
+from rfiddesign.geometry.ellipse_area import Ellipse
+from rfiddesign.geometry.lattice import Lattice
+from rfiddesign.geometry.layouts import (
+    LAYOUT_KINDS,
+    LAYOUTS,
+    ReaderLayout,
+    bar,
+    cross,
+    grid,
+    lattice_cross,
+    listed,
+    make_layout,
+    ring,
+    single,
+)
+from rfiddesign.geometry.mounting import antenna_outlines, check_layout
+from rfiddesign.geometry.patterns import (
+    PATTERN_KINDS,
+    LatticePattern,
+    ListedPattern,
+    RandomPattern,
+    TagPattern,
+    ThinnedPattern,
+    displaced,
+    make_pattern,
+)
+from rfiddesign.geometry.polygon_area import PolygonArea
+from rfiddesign.geometry.probability_map import ProbabilityMap
+from rfiddesign.geometry.se2 import between, compose, inverse, to_local, transform_points, wrap_angle
+
+__all__ = [
+    "LAYOUTS",
+    "LAYOUT_KINDS",
+    "PATTERN_KINDS",
+    "Aliasing",
+    "Coverage",
+    "DetectionArea",
+    "Disc",
+    "Ellipse",
+    "HeadingDrive",
+    "Lattice",
+    "LatticePattern",
+    "ListedPattern",
+    "PolygonArea",
+    "ProbabilityMap",
+    "RandomPattern",
+    "ReaderLayout",
+    "Rectangle",
+    "Ring",
+    "RoundedRectangle",
+    "TagPattern",
+    "ThinnedPattern",
+    "aliased_headings",
+    "antenna_outlines",
+    "bar",
+    "between",
+    "blind_corridors",
+    "blind_distances",
+    "check_layout",
+    "compose",
+    "coverage",
+    "coverage_by_heading",
+    "cross",
+    "displaced",
+    "grid",
+    "inverse",
+    "lattice_cross",
+    "listed",
+    "make_layout",
+    "make_pattern",
+    "ring",
+    "single",
+    "sphere_floor_disc",
+    "to_local",
+    "transform_points",
+    "wrap_angle",
+]

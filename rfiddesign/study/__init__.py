@@ -1,0 +1,8 @@
+"""Studies: read, checked, run and saved."""
+
+from rfiddesign.study.commands import check_study, coverage_of_study, evaluate_study
+from rfiddesign.study.load import Study, load_study
+from rfiddesign.study.pipeline import Stage
+from rfiddesign.study.run_study import run_study
+
+__all__ = ["Stage", "Study", "check_study", "coverage_of_study", "evaluate_study", "load_study", "run_study"]

@@ -1,0 +1,5 @@
+"""`python -m rfiddesign` is the command line."""
+
+from rfiddesign.cli import main
+
+main()

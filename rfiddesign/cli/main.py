@@ -1,0 +1,173 @@
+"""The command line: `rfiddesign run | check | evaluate | coverage | report`.
+
+Only this module prints and exits.  Everything heavy is imported inside the commands, so that `--help` is quick.
+"""
+
+import json
+import signal
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, CycloptsError, Parameter
+
+from rfiddesign import __version__
+from rfiddesign.errors import StudyError
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+
+app = App(
+    name="rfiddesign",
+    help="Find the cheapest RFID installation that keeps your robots' localization error under your limits.",
+    version=__version__,
+)
+
+Settings = Annotated[
+    list[str] | None,
+    Parameter(name="--set", consume_multiple=True, negative=(), help="KEY=VALUE, such as layout=cross-8; repeatable"),
+]
+Json = Annotated[bool, Parameter(name="--json", negative=(), help="print one JSON object and nothing else")]
+Seed = Annotated[int | None, Parameter(help="seed in place of the study's")]
+Workers = Annotated[int | None, Parameter(help="threads; default: one per core")]
+
+
+@app.command
+def run(study: Path, *, out: Path | None = None, workers: Workers = None, seed: Seed = None, json: Json = False):
+    """Search the cheapest certified design of STUDY and write its report; an interrupted search goes on.
+
+    Parameters
+    ----------
+    study : folder of a study, or its study.toml.
+    out : folder for the results; default: results/NAME.
+    """
+    from rfiddesign.cli.progress import StageDisplay
+    from rfiddesign.cli.text import answer_lines
+    from rfiddesign.report import write_report
+    from rfiddesign.study import load_study, run_study
+
+    _check_workers(workers)
+    loaded = load_study(study, _settings(None, seed))
+    folder = out or Path("results") / loaded.name
+    try:
+        with StageDisplay() as display:
+            result = run_study(loaded, folder, workers, display.show)
+            display.say("drawing the report")
+            page = write_report(folder)
+    except KeyboardInterrupt:
+        print(f"interrupted; what was done is in {folder}: the same command goes on from there", file=sys.stderr)
+        raise SystemExit(INTERRUPTED) from None
+    if json:
+        _print_json(result.model_dump(mode="json") | {"report": str(page)})
+    else:
+        print("\n".join(answer_lines(result, folder, page)))
+
+
+@app.command
+def check(study: Path, *, set_: Settings = None, json: Json = False):
+    """Read STUDY, say what it would search and how its floor depends on the map's thresholds; simulate nothing.
+
+    Parameters
+    ----------
+    study : folder of a study, or its study.toml.
+    """
+    from rfiddesign.cli.text import check_lines
+    from rfiddesign.study import check_study, load_study
+
+    summary = check_study(load_study(study, _settings(set_, None)))
+    if json:
+        _print_json(summary)
+    else:
+        print("\n".join(check_lines(summary)))
+
+
+@app.command
+def evaluate(
+    study: Path, *, set_: Settings = None, runs: int = 20, workers: Workers = None, seed: Seed = None,
+    json: Json = False,
+):  # fmt: skip
+    """Simulate one design of STUDY and print its localization errors.
+
+    Parameters
+    ----------
+    study : folder of a study, or its study.toml.
+    runs : number of runs.
+    """
+    from rfiddesign.cli.progress import CountDisplay
+    from rfiddesign.cli.text import evaluation_lines
+    from rfiddesign.study import evaluate_study, load_study
+
+    _check_workers(workers)
+    loaded = load_study(study, _settings(set_, seed))
+    with CountDisplay(f"{runs:,} runs", runs) as display:
+        summary = evaluate_study(loaded, runs, workers, display.show)
+    if json:
+        _print_json(summary)
+    else:
+        print("\n".join(evaluation_lines(summary)))
+
+
+@app.command
+def coverage(study: Path, *, set_: Settings = None, json: Json = False):
+    """Print what the antennas of one design of STUDY see of its tags, and where they are blind.
+
+    Parameters
+    ----------
+    study : folder of a study, or its study.toml.
+    """
+    from rfiddesign.cli.text import coverage_lines
+    from rfiddesign.study import coverage_of_study, load_study
+
+    summary = coverage_of_study(load_study(study, _settings(set_, None)))
+    if json:
+        _print_json(summary)
+    else:
+        print("\n".join(coverage_lines(summary)))
+
+
+@app.command
+def report(folder: Path):
+    """Draw the report of a finished study again, from its folder alone.
+
+    Parameters
+    ----------
+    folder : results of `rfiddesign run`.
+    """
+    from rfiddesign.report import write_report
+
+    print(write_report(folder))
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line; bad input ends in one line on standard error and exit status 2."""
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        app(arguments, exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        _fail(str(error))
+    except StudyError as error:
+        _fail(str(error))
+    except KeyboardInterrupt:
+        raise SystemExit(INTERRUPTED) from None
+
+
+def _settings(given: list[str] | None, seed: int | None) -> tuple[str, ...]:
+    return (*(given or ()), *(() if seed is None else (f"seed={seed}",)))
+
+
+def _check_workers(workers: int | None) -> None:
+    if workers is not None and not 1 <= workers <= 1024:
+        raise StudyError(f"found {workers}, must be from 1 to 1024", file="--workers")
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def _print_json(value: Any) -> None:
+    print(json.dumps(value, indent=1, allow_nan=False))
+
+
+def _fail(message: str) -> None:
+    print("rfiddesign: " + " ".join(message.split()), file=sys.stderr)
+    raise SystemExit(BAD_INPUT)

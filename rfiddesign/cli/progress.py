@@ -1,0 +1,67 @@
+"""Progress of long work on standard error: a live line on a terminal, now and then a plain line elsewhere."""
+
+import time
+from typing import Self
+
+from rich.console import Console
+from rich.live import Live
+from rich.text import Text
+
+# Seconds between two plain lines where there is no terminal to redraw.
+PLAIN_INTERVAL_S = 10.0
+
+
+class Display:
+    """One line that tells what is going on."""
+
+    def __init__(self) -> None:
+        self._console = Console(stderr=True)
+        self._live = Live(Text(), console=self._console, transient=True, refresh_per_second=8)
+        self._begin = self._last = time.monotonic()
+        self._text = ""
+
+    def __enter__(self) -> Self:
+        if self._console.is_terminal:
+            self._live.start()
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        if self._console.is_terminal:
+            self._live.stop()
+
+    def say(self, text: str) -> None:
+        """Show `text` in place of what was shown."""
+        self._text = text
+        elapsed = time.monotonic() - self._begin
+        if self._console.is_terminal:
+            self._live.update(Text(f"{elapsed:5.0f} s  {text}"))
+        elif time.monotonic() - self._last >= PLAIN_INTERVAL_S:
+            self._last = time.monotonic()
+            self._console.print(Text(f"{elapsed:5.0f} s  {text}"))
+
+
+class StageDisplay(Display):
+    """Progress of a study."""
+
+    def show(self, stage) -> None:
+        """Show a `study.Stage`."""
+        if not stage.n_runs:
+            self.say(stage.what)
+            return
+        self.say(
+            f"{stage.what}: {stage.n_refuted:,} refuted, {stage.n_racing:,} racing, {stage.n_remaining:,} remaining, "
+            f"{stage.n_runs:,} runs looked at"
+        )
+
+
+class CountDisplay(Display):
+    """Progress of something that can be counted."""
+
+    def __init__(self, what: str, total: int) -> None:
+        super().__init__()
+        self._what = what
+        self._total = total
+
+    def show(self, n_done: int) -> None:
+        """Show that `n_done` are done."""
+        self.say(f"{self._what}: {n_done:,} of {self._total:,}")

@@ -1,0 +1,95 @@
+"""What commands print for people."""
+
+from pathlib import Path
+from typing import Any
+
+from rfiddesign.results.study_result import AnswerRecord, StudyResult
+from rfiddesign.units import CENTS_PER_UNIT, DEG_PER_RAD
+
+
+def answer_lines(result: StudyResult, folder: Path, page: Path) -> list[str]:
+    """The cheapest design of each fleet, its price and certificate, and where the report is."""
+    lines = [result.title, f"{result.space.n_candidates:,} designs tested on {result.floor.area_m2:,.0f} m2"]
+    names = {design.number: design.name for design in result.designs}
+    for answer in result.answers:
+        lines += ["", *_answer_lines(answer, names, result)]
+    return [*lines, "", f"report: {page}", f"all results: {folder}"]
+
+
+def _answer_lines(answer: AnswerRecord, names: dict[int, str], result: StudyResult) -> list[str]:
+    robots = f"{answer.n_robots:,} robots"
+    if answer.winner is None:
+        return [f"{robots}: no design certified: {answer.claim_words}"]
+    winner, test = answer.winner, result.test
+    n_undecided = len(answer.undecided)
+    lines = [
+        f"{robots}: {names[winner.design]}",
+        f"  price        {money(winner.cost_cents, answer.currency)}",
+        f"  certificate  {winner.n_passed:,} of {winner.n_runs:,} drives kept the limits: in more than "
+        f"{test.fail_probability:.0%} of drives they hold (chance of error at most {test.alpha_certify:.1%})",
+        f"  claim        {answer.claim}: {answer.claim_words}"
+        + (f" ({n_undecided} undecided)" if n_undecided else f" (chance of error at most {test.alpha_refute:.1%})"),
+    ]
+    for design in answer.runners_up:
+        lines.append(f"  next best    {names[design.design]}, {money(design.cost_cents, answer.currency)}")
+    return lines
+
+
+def check_lines(summary: dict[str, Any]) -> list[str]:
+    """Summary of `check`."""
+    floor, space = summary["floor"], summary["space"]
+    lines = [
+        summary["title"],
+        f"floor   {floor['area_m2']:,.1f} m2 drivable, {floor['navigable_m2']:,.1f} m2 for the robot's centre"
+        f" ({floor['source']})",
+    ]
+    for row in floor["sensitivity"]:
+        if row["value"] is not None:
+            lines.append(f"          {row['name']} = {row['value']:g}: {row['area_m2']:,.1f} m2")
+    lines += [
+        f"space   {space['n_combinations']:,} designs, {space['n_unbuildable']:,} cannot be built",
+        *(f"          {pair['layout']} with {pair['antenna']}: {pair['reason']}" for pair in space["unbuildable"]),
+        f"fleet   {', '.join(str(n) for n in summary['fleet'])} robots",
+    ]
+    return lines
+
+
+def evaluation_lines(summary: dict[str, Any]) -> list[str]:
+    """Table of `evaluate`."""
+    lines = [
+        f"{summary['design']}: {summary['runs']:,} runs from {'an' if summary['start'] == 'unknown' else 'a'} "
+        f"{summary['start']} start, {summary['n_particles']} particles, {summary['wall_s']:.1f} s"
+    ]
+    for name, value in summary["metrics"].items():
+        mean, stderr, unit = value["mean"], value["stderr"], ""
+        if name.endswith("_rad"):
+            mean, stderr, unit = mean * DEG_PER_RAD, stderr and stderr * DEG_PER_RAD, " (deg)"
+        spread = "" if stderr is None else f" +- {stderr:.3g}"
+        lines.append(f"  {name.replace('_rad', '') + unit:24} {mean:10.4g}{spread}")
+    for n_robots, price in summary["price_by_robots"].items():
+        lines.append(f"  price for {n_robots} robots: {money(round(price * CENTS_PER_UNIT), summary['currency'])}")
+    return lines
+
+
+def coverage_lines(summary: dict[str, Any]) -> list[str]:
+    """Table of `coverage`."""
+    lines = [f"{summary['design']} ({summary['method']})"]
+    for k, share in enumerate(summary["k_coverage"], start=1):
+        lines.append(f"  at least {k} read{'s' * (k > 1)}       {share:8.2%} of poses")
+    lines += [
+        f"  expected reads        {summary['expected_reads']:8.3f} per poll of all readers",
+        f"  two tags in one view  {summary['two_tags_share']:8.2%} of poses",
+        "  distance to the next read, straight on:",
+    ]
+    for drive in summary["blind_distances"]:
+        aligned = ", along rows of tags" if drive["is_aligned"] else ""
+        lines.append(
+            f"    heading {drive['heading_deg']:6.2f} deg: mean {drive['mean_mm']:6.0f} mm, 95 % within "
+            f"{drive['p95_mm']:6.0f} mm, beyond 500 mm {drive['share_over_limit']:6.1%}{aligned}"
+        )
+    return [*lines, *(f"  warning: {warning}" for warning in summary["warnings"])]
+
+
+def money(cents: int, currency: str) -> str:
+    """An amount with thousands separators, as "EUR 1,234.50"."""
+    return f"{currency} {cents // CENTS_PER_UNIT:,}.{cents % CENTS_PER_UNIT:02d}"

@@ -1,0 +1,137 @@
+"""What a design costs over a fleet and a floor, line by line, in exact cents."""
+
+from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Decimal
+
+from rfiddesign.design import Design
+
+CENTS = Decimal(100)
+
+
+@dataclass(frozen=True)
+class Price:
+    """A unit price in the list's currency, and where it comes from (or the word "assumption")."""
+
+    amount: Decimal
+    source: str
+
+
+@dataclass(frozen=True)
+class PriceList:
+    """Prices of everything a design is made of.
+
+    Parameters
+    ----------
+    currency : code of the currency, as "EUR".
+    reader : one reader, per robot and antenna.
+    antennas : (name, price) of one antenna.
+    controllers : (channels, price) of the controllers or multiplexers one can buy; a robot gets the cheapest set with
+        a channel for every reader.
+    cabling : cable and mounting of one antenna.
+    tag, tag_laying : one tag, and the labour of laying it.
+    covering_per_m2, survey_per_m2 : covering of the floor and survey of where its tags lie [per m2].
+    project : fixed price of a project.
+    """
+
+    currency: str
+    reader: Price
+    antennas: tuple[tuple[str, Price], ...]
+    controllers: tuple[tuple[int, Price], ...]
+    cabling: Price
+    tag: Price
+    tag_laying: Price
+    covering_per_m2: Price
+    survey_per_m2: Price
+    project: Price
+
+
+@dataclass(frozen=True)
+class Site:
+    """What a cost is counted over: robots of the fleet and tagged floor."""
+
+    n_robots: int
+    area_m2: float
+
+
+@dataclass(frozen=True)
+class CostLine:
+    """One line of a cost table: quantity times unit price, rounded half up to cents."""
+
+    group: str
+    item: str
+    quantity: Decimal
+    unit: str
+    unit_price: Decimal
+    amount_cents: int
+    source: str
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Cost of a design with its lines."""
+
+    currency: str
+    lines: tuple[CostLine, ...]
+
+    @property
+    def total_cents(self) -> int:
+        """Sum of the lines [cents]."""
+        return sum(line.amount_cents for line in self.lines)
+
+
+def cost(design: Design, n_tags: int, site: Site, prices: PriceList) -> Cost:
+    """Cost of equipping every robot of a site and laying `n_tags` tags into its floor.
+
+    Raises
+    ------
+    ValueError : if the list has no price for the antenna.
+    """
+    antennas = dict(prices.antennas)
+    if design.antenna.name not in antennas:
+        raise ValueError(f"no price for antenna {design.antenna.name!r}, the list has {', '.join(antennas)}")
+    robots = Decimal(site.n_robots)
+    n_antennas = robots * design.layout.n_readers
+    area = Decimal(str(round(site.area_m2, 2)))
+    lines = [
+        _line("per robot", "reader", n_antennas, "piece", prices.reader),
+        _line("per robot", f"antenna {design.antenna.name} mm", n_antennas, "piece", antennas[design.antenna.name]),
+    ]
+    for (channels, price), n in controller_set(design.layout.n_readers, prices.controllers):
+        lines.append(_line("per robot", f"controller, {channels} channels", robots * n, "piece", price))
+    lines += [
+        _line("per robot", "cabling and mounting of an antenna", n_antennas, "piece", prices.cabling),
+        _line("per tag", "tag", Decimal(n_tags), "piece", prices.tag),
+        _line("per tag", "laying a tag", Decimal(n_tags), "piece", prices.tag_laying),
+        _line("per m2", "covering", area, "m2", prices.covering_per_m2),
+        _line("per m2", "survey", area, "m2", prices.survey_per_m2),
+        _line("per project", "project", Decimal(1), "piece", prices.project),
+    ]
+    return Cost(prices.currency, tuple(lines))
+
+
+def controller_set(n_channels: int, controllers: tuple[tuple[int, Price], ...]) -> list[tuple[tuple[int, Price], int]]:
+    """The cheapest set of controllers with at least `n_channels` channels: (controller, how many of it), largest first.
+
+    Of equally cheap sets the one with fewest pieces.
+    """
+    # best[k]: (price, pieces, index of the last piece) of the cheapest set with at least k channels.
+    best: list[tuple[Decimal, int, int]] = [(Decimal(0), 0, -1)]
+    for k in range(1, n_channels + 1):
+        best.append(
+            min(
+                (best[max(k - channels, 0)][0] + price.amount, best[max(k - channels, 0)][1] + 1, i)
+                for i, (channels, price) in enumerate(controllers)
+            )
+        )
+    counts: dict[int, int] = {}
+    k = n_channels
+    while k > 0:
+        i = best[k][2]
+        counts[i] = counts.get(i, 0) + 1
+        k = max(k - controllers[i][0], 0)
+    return [(controllers[i], counts[i]) for i in sorted(counts, key=lambda i: -controllers[i][0])]
+
+
+def _line(group: str, item: str, quantity: Decimal, unit: str, price: Price) -> CostLine:
+    amount = (quantity * price.amount * CENTS).quantize(Decimal(1), ROUND_HALF_UP)
+    return CostLine(group, item, quantity, unit, price.amount, int(amount), price.source)

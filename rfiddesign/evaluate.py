@@ -1,0 +1,106 @@
+"""The waist of the program: how well does a design localize in a scenario?"""
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from rfiddesign.design import Design
+from rfiddesign.metrics import Requirement, RunMetrics
+from rfiddesign.simulation.monte_carlo import Job, Simulator
+from rfiddesign.simulation.scenario import Scenario
+
+MAX_RUNS = 1_000_000
+AVERAGED_METRICS = (
+    "position_mean_mm", "position_rms_mm", "position_p95_mm", "position_max_mm",
+    "heading_mean_rad", "heading_rms_rad", "heading_p95_rad", "heading_max_rad", "lost_share",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean over runs and its standard error (None from a single run)."""
+
+    mean: float
+    stderr: float | None
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Runs of one design in one scenario.
+
+    Parameters
+    ----------
+    design_name : the design in a line.
+    runs : metrics of each run, in the order of their numbers.
+    is_passed : whether each run met the requirement; empty where there was none.
+    n_particles : particles of the filter.
+    wall_s : time taken [s].
+    """
+
+    design_name: str
+    runs: tuple[RunMetrics, ...]
+    is_passed: tuple[bool, ...]
+    n_particles: int
+    wall_s: float
+
+    @property
+    def n_steps(self) -> int:
+        """Filter steps over all runs."""
+        return sum(run.n_steps for run in self.runs)
+
+    def metrics(self) -> dict[str, Mean]:
+        """Mean and standard error of every metric over the runs; shares of converged and passed runs."""
+        columns = {name: [getattr(run, name) for run in self.runs] for name in AVERAGED_METRICS}
+        columns["converged_share"] = [float(math.isfinite(run.convergence_s)) for run in self.runs]
+        times = [run.convergence_s for run in self.runs if math.isfinite(run.convergence_s)]
+        if times:
+            columns["convergence_s"] = times
+        if self.is_passed:
+            columns["pass_share"] = [float(passed) for passed in self.is_passed]
+        return {name: mean_of(values) for name, values in columns.items()}
+
+
+def mean_of(values: list[float]) -> Mean:
+    """Mean of at least one value with its standard error."""
+    array = np.asarray(values, float)
+    stderr = float(array.std(ddof=1) / math.sqrt(array.size)) if array.size > 1 else None
+    return Mean(float(array.mean()), stderr)
+
+
+def evaluate(
+    design: Design, scenario: Scenario, n_runs: int, *, seed: int = 0, requirement: Requirement | None = None,
+    n_workers: int | None = None, on_run: Callable[[int], None] | None = None,
+) -> Evaluation:  # fmt: skip
+    """Simulate `n_runs` runs of a design and measure the error of its filter.
+
+    Run i draws its route and noise from (seed, i) alone: every design meets the same runs, and the answer does not
+    depend on the number of workers.
+
+    Parameters
+    ----------
+    design, scenario : what is tried, and how.
+    n_runs : number of runs.
+    seed : seed of the study.
+    requirement : limits each run is held against.
+    n_workers : threads; None: one per core.
+    on_run : called with the number of finished runs.
+
+    Raises
+    ------
+    ValueError : if `n_runs` is not from 1 to a million.
+    """
+    if not 1 <= n_runs <= MAX_RUNS:
+        raise ValueError(f"runs is {n_runs!r}, must be from 1 to {MAX_RUNS:,}")
+    begin = time.perf_counter()
+    runs = []
+    with Simulator(scenario, seed, n_workers) as simulator:
+        for metrics in simulator.runs(Job(design, run) for run in range(n_runs)):
+            runs.append(metrics)
+            if on_run is not None:
+                on_run(len(runs))
+    passed = tuple(requirement.is_met(run) for run in runs) if requirement is not None else ()
+    wall = time.perf_counter() - begin
+    return Evaluation(design.name, tuple(runs), passed, scenario.estimator.n_particles, wall)

@@ -1,0 +1,281 @@
+"""Does a design hold its limits? An anytime-valid test on passed and failed runs, one design at a time.
+
+A run of a design passes or fails its requirement. Runs are independent and pass with an unknown probability p. Two
+thresholds p1 < p0 leave an indifference zone between them:
+
+- *refute*: evidence against "the design holds", H: p >= p0;
+- *certify*: evidence against "the design is bad", H: p <= p1.
+
+Each side has an e-process, a nonnegative process that starts at 1 and whose mean never exceeds 1 while its H is true:
+the likelihood ratio of a uniform mixture over the alternative against the border of H. With S passed and F failed runs,
+
+    E_refute(S, F)  = int_0^p0 q^S (1-q)^F dq / (p0 * p0^S (1-p0)^F)
+    E_certify(S, F) = int_p1^1 q^S (1-q)^F dq / ((1-p1) * p1^S (1-p1)^F)
+
+At the border of H this is a martingale (Robbins' method of mixtures). Inside H it is a supermartingale: for one q < p0
+the next run multiplies the ratio by p q/p0 + (1-p)(1-q)/(1-p0) in the mean, which falls in p and is 1 at p = p0;
+likewise mirrored. Ville's inequality then bounds the chance that E *ever* reaches 1/alpha by alpha: at every sample
+size at once, so looking after every run, stopping when one likes, and raising ``max_runs`` later and going on with the
+same runs all cost nothing.
+
+Where multiplicity is paid. Over N declared designs, the chance that any design with p <= p1 is ever certified is at
+most the sum of N chances; the threshold N/alpha_certify makes that sum alpha_certify (union bound). This needs no
+independence between designs, so common random numbers (run i drawn alike for all designs) are allowed, and the bound
+holds however a search picks what to run next: "ever reaches the threshold" depends on that design's own run sequence
+only. Refutation pays nothing here, for the reason given in :mod:`rfiddesign.optimize.cheapest`.
+
+What it rests on: run i is fresh randomness, the same in law for every i (a quasi-random or balanced set of routes
+would break it); N, p0, p1, both alphas and the requirement are declared before the runs are seen; the probability is
+over the study's seed, so trying seeds until one pleases is not covered. It speaks of the simulated scenario, not of
+the building.
+
+References
+----------
+.. [1] J. Ville, Etude critique de la notion de collectif, 1939 (the inequality).
+.. [2] H. Robbins, Statistical methods related to the law of the iterated logarithm, Ann. Math. Statist. 41 (1970)
+   1397-1409 (mixtures).
+.. [3] T. L. Lai, On confidence sequences, Ann. Statist. 4 (1976) 265-280 (mixtures for one-parameter exponential
+   families).
+.. [4] A. Ramdas, P. Grunwald, V. Vovk, G. Shafer, Game-theoretic statistics and safe anytime-valid inference, Statist.
+   Sci. 38 (2023) 576-601 (e-processes, composite hypotheses, optional continuation).
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from math import nan
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Verdict = Literal["certified", "refuted", "undecided"]
+
+MAX_RUNS_ALLOWED = 100_000
+# The e-values are rounded to doubles some max_runs times; asking for a millionth more evidence than needed outweighs
+# that (relative error below 1e-7 at MAX_RUNS_ALLOWED), so that a table entry never rests on a rounding in the wrong
+# direction.
+ROUNDING_MARGIN = 1e-6
+
+
+@dataclass(frozen=True)
+class TestPlan:
+    """What is declared before the first run is seen.
+
+    Parameters
+    ----------
+    n_designs : the number N of designs that may be tested; certification divides its alpha by it. Declaring more than
+        are tested is valid and costs a little; testing more than declared is not valid.
+    hold_probability : p0, a design that passes at least this share of runs holds.
+    fail_probability : p1 < p0, a design that passes at most this share must not be sold.
+    alpha_refute : bound on the chance that a given design with p >= p0 is ever refuted.
+    alpha_certify : bound on the chance that any of the N designs with p <= p1 is ever certified.
+    max_runs : runs spent on one design at most; a design open at that point is undecided. The cap costs power, never
+        validity. With 1000 designs and the defaults, up to 68 % of designs between p1 and p0 end undecided at 1000 runs
+        and up to 2.3 % at 2000, for at most 40 % more runs on such a design.
+    is_alpha_split : False certifies each design at the whole ``alpha_certify``. That is wrong for more than one design
+        and exists to show how wrong.
+
+    Raises
+    ------
+    ValueError : unless 0 < p1 < p0 < 1, both alphas in (0, 0.5], n_designs >= 1 and 1 <= max_runs <= 100,000.
+    """
+
+    __test__ = False  # the name begins with "Test", and pytest would collect it wherever a test imports it
+
+    n_designs: int
+    hold_probability: float = 0.95
+    fail_probability: float = 0.90
+    alpha_refute: float = 0.025
+    alpha_certify: float = 0.025
+    max_runs: int = 1000
+    is_alpha_split: bool = True
+
+    def __post_init__(self):
+        if not 0 < self.hold_probability < 1:
+            raise ValueError(f"hold_probability must lie in (0, 1), found {self.hold_probability}")
+        if not 0 < self.fail_probability < self.hold_probability:
+            bound = f"(0, hold_probability = {self.hold_probability})"
+            raise ValueError(f"fail_probability must lie in {bound}, found {self.fail_probability}")
+        for name in ("alpha_refute", "alpha_certify"):
+            if not 0 < getattr(self, name) <= 0.5:
+                raise ValueError(f"{name} must lie in (0, 0.5], found {getattr(self, name)}")
+        if self.n_designs < 1:
+            raise ValueError(f"n_designs must be at least 1, found {self.n_designs}")
+        if not 1 <= self.max_runs <= MAX_RUNS_ALLOWED:
+            raise ValueError(f"max_runs must lie in [1, {MAX_RUNS_ALLOWED}], found {self.max_runs}")
+
+
+@dataclass(frozen=True, eq=False)
+class Boundaries:
+    """Both tests as integer tables over the number of runs n = 0..max_runs, shape (max_runs + 1,).
+
+    Attributes
+    ----------
+    refute_at : refuted when the number of passes <= refute_at[n]; -1 where n runs cannot refute.
+    certify_at : certified when the number of passes >= certify_at[n]; n + 1 where n runs cannot certify.
+    """
+
+    refute_at: NDArray[np.int64]
+    certify_at: NDArray[np.int64]
+
+    @property
+    def max_runs(self) -> int:
+        return len(self.refute_at) - 1
+
+    @cached_property
+    def soonest(self) -> int:
+        """The fewest runs that can decide anything; max_runs if none can."""
+        n = np.arange(self.max_runs + 1)
+        can_decide = (self.refute_at >= 0) | (self.certify_at <= n)
+        return int(can_decide.argmax()) if can_decide.any() else self.max_runs
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The verdict on one design after ``n_runs`` consumed runs, of which ``n_passed`` passed."""
+
+    verdict: Verdict
+    n_runs: int
+    n_passed: int
+
+    @property
+    def pass_share(self) -> float:
+        """Share of consumed runs that passed, nan without runs.
+
+        Stopping at a boundary biases it (upwards when certified, downwards when refuted): it describes, it certifies
+        nothing.
+        """
+        return self.n_passed / self.n_runs if self.n_runs else nan
+
+
+@dataclass(frozen=True)
+class OperatingCharacteristic:
+    """What the test does to one design whose runs pass with a known probability (exact, not simulated)."""
+
+    pass_probability: float
+    certified: float
+    refuted: float
+    undecided: float
+    expected_runs: float
+
+
+@lru_cache(maxsize=64)
+def boundaries(plan: TestPlan) -> Boundaries:
+    """The tables of both tests (arrays are read-only).
+
+    The entry for n runs depends on neither max_runs nor on later entries: a larger cap lengthens the tables and
+    changes nothing. Only the four basic operations on doubles are used, so every IEEE machine computes the same tables.
+    """
+    p0, p1 = plan.hold_probability, plan.fail_probability
+    multiplicity = plan.n_designs if plan.is_alpha_split else 1
+    n = np.arange(plan.max_runs + 1)
+    refuting = _crossings(p0, 1 - p0, 1 / plan.alpha_refute, plan.max_runs)
+    certifying = _crossings(1 - p1, p1, multiplicity / plan.alpha_certify, plan.max_runs)
+    # totals rise strictly: how many of them are <= n says how many adverse outcomes n runs can carry, counted from 0
+    refute_at = np.searchsorted(refuting, n, side="right") - 1
+    certify_at = n - (np.searchsorted(certifying, n, side="right") - 1)
+    refute_at.setflags(write=False)
+    certify_at.setflags(write=False)
+    return Boundaries(refute_at, certify_at)
+
+
+def _crossings(x: float, complement: float, threshold: float, max_runs: int) -> list[int]:
+    """Runs at which the e-process with a = 0, 1, ... adverse outcomes first reaches the threshold, as far as max_runs.
+
+    ``x`` is the chance of an adverse outcome at the border of the hypothesis and ``complement`` is 1 - x. With a
+    adverse and b favourable outcomes E(a, b) = B(x; a+1, b+1) / (x^(a+1) (1-x)^b), an incomplete beta function whose
+    neighbours follow from each other by integration by parts:
+
+        E(a, b+1) = (1 + (b+1) E / (1-x)) / (a+b+2)
+        E(a+1, b) = ((a+1) E - (1-x)) / ((a+b+2) x)
+
+    E rises with b and falls with a, so one path along the boundary visits every crossing. The second step is taken at
+    E >= threshold > 1 only, where its subtraction loses nothing.
+    """
+    threshold *= 1 + ROUNDING_MARGIN
+    totals = []
+    adverse = favourable = 0
+    e_value = 1.0
+    while adverse + favourable <= max_runs:
+        n = adverse + favourable
+        if e_value < threshold:
+            favourable += 1
+            e_value = (1 + favourable * e_value / complement) / (n + 2)
+        else:
+            totals.append(n)
+            adverse += 1
+            e_value = (adverse * e_value - complement) / ((n + 2) * x)
+    return totals
+
+
+def decide(table: Boundaries, outcomes: NDArray[np.bool_]) -> Decision:
+    """Verdict on one design from its runs in order, True where passed, shape (n,).
+
+    The first boundary crossing decides, and runs after it are discarded unread: the verdict is a function of the run
+    sequence alone and cannot depend on how many runs were computed at a time. One run cannot cross both boundaries, as
+    only a failed run adds evidence for refuting and only a passed one for certifying. Without a crossing up to
+    max_runs: "undecided".
+
+    Raises
+    ------
+    ValueError : outcomes that are not a one-dimensional array of bool.
+    """
+    outcomes = np.asarray(outcomes)
+    if outcomes.ndim != 1 or outcomes.dtype != np.bool_:
+        found = f"{outcomes.ndim}-dimensional {outcomes.dtype}"
+        raise ValueError(f"outcomes must be a one-dimensional array of bool, found {found}")
+    n = min(len(outcomes), table.max_runs)
+    passes = np.cumsum(outcomes[:n])
+    is_refuted = passes <= table.refute_at[1 : n + 1]
+    is_crossed = is_refuted | (passes >= table.certify_at[1 : n + 1])
+    first = int(is_crossed.argmax()) if n else 0
+    if not n or not is_crossed[first]:
+        return Decision("undecided", n, int(passes[-1]) if n else 0)
+    return Decision("refuted" if is_refuted[first] else "certified", first + 1, int(passes[first]))
+
+
+def operating_characteristic(plan: TestPlan, pass_probability: float) -> OperatingCharacteristic:
+    """Chances of the three verdicts and the expected runs of one design.
+
+    Exact, by dynamic programming over (runs, passes).
+
+    Raises
+    ------
+    ValueError : a pass probability outside [0, 1].
+    """
+    p = pass_probability
+    if not 0 <= p <= 1:
+        raise ValueError(f"pass_probability must lie in [0, 1], found {p}")
+    table = boundaries(plan)
+    still_open = np.zeros(plan.max_runs + 2)  # [passes]: chance to have that many and no verdict yet
+    still_open[0] = 1.0
+    refuted = certified = expected_runs = 0.0
+    for n in range(1, plan.max_runs + 1):
+        still_open[1 : n + 1] = still_open[1 : n + 1] * (1 - p) + still_open[:n] * p
+        still_open[0] *= 1 - p
+        low, high = table.refute_at[n] + 1, table.certify_at[n]
+        now_refuted, now_certified = still_open[:low].sum(), still_open[high : n + 1].sum()
+        still_open[:low] = 0.0
+        still_open[high : n + 1] = 0.0
+        refuted += now_refuted
+        certified += now_certified
+        expected_runs += n * (now_refuted + now_certified)
+    undecided = still_open.sum()
+    expected_runs += plan.max_runs * undecided
+    return OperatingCharacteristic(p, float(certified), float(refuted), float(undecided), float(expected_runs))
+
+
+def expected_runs(plan: TestPlan, pass_probability: float) -> float:
+    """Expected runs until the verdict on one design, the cap included (exact)."""
+    return operating_characteristic(plan, pass_probability).expected_runs
+
+
+def error_probabilities(plan: TestPlan) -> tuple[float, float]:
+    """Exact chances that ONE design is wrongly refuted (at p = p0) and wrongly certified (at p = p1).
+
+    Each is the worst case of its kind: more passes refute later and certify sooner.
+    The first is to be held against alpha_refute, the second against alpha_certify / n_designs.
+    """
+    at_hold = operating_characteristic(plan, plan.hold_probability)
+    at_fail = operating_characteristic(plan, plan.fail_probability)
+    return at_hold.refuted, at_fail.certified

@@ -1,0 +1,48 @@
+"""Screens: designs that are not even tried, by a rule declared before the first run.
+
+A screen cuts work, not error: what it removes was never tested, so that every claim is about the designs it left.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rfiddesign.design import Design
+from rfiddesign.geometry import coverage, single
+
+
+@dataclass(frozen=True)
+class Screen:
+    """A declared screen and what it removed.
+
+    Parameters
+    ----------
+    rule : the rule in words.
+    kind : "heuristic" (experience says so) or "proof" (no removed design can hold).
+    n_removed : how many designs it removed.
+    """
+
+    rule: str
+    kind: str
+    n_removed: int
+
+
+def expected_reads(designs: tuple[Design, ...]) -> np.ndarray:
+    """Expected reads per poll of all readers of each design, over lattice phases and headings, shape (n,).
+
+    A mean does not ask how readers depend on each other: it is the number of readers times one reader's.
+    """
+    one = single()
+    per_reader: dict[tuple, float] = {}
+    for design in designs:
+        key = (design.antenna.area, design.pattern)
+        if key not in per_reader:
+            per_reader[key] = coverage(one, *key).expected_reads
+    return np.array([d.layout.n_readers * per_reader[(d.antenna.area, d.pattern)] for d in designs])
+
+
+def screen_by_reads(designs: tuple[Design, ...], minimum: float) -> tuple[np.ndarray, Screen]:
+    """Which designs (bool, shape (n,)) expect at least `minimum` reads per poll, and the screen as declared."""
+    is_kept = expected_reads(designs) >= minimum if minimum > 0 else np.ones(len(designs), bool)
+    rule = f"fewer than {minimum:g} expected reads per poll of all readers"
+    return is_kept, Screen(rule, "heuristic", int(np.count_nonzero(~is_kept)))

@@ -1,0 +1,255 @@
+"""Tables of a report as text cells, and the cost table as a file for a spreadsheet."""
+
+import csv
+import io
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+
+from rfiddesign.report.contents import Answer, Contents
+from rfiddesign.report.words import count, exact_amount, grouped, in_unit, metric_value, money, percent, plotted_metric
+from rfiddesign.results.folder import write_text
+from rfiddesign.results.study_result import AnswerRecord, CostLineRecord, DecisionRecord, StudyResult
+
+COST_HEADER = ("group", "item", "quantity", "unit", "unit_price", "currency", "amount", "source")
+#: A cell that begins with one of these may be taken for a formula by a spreadsheet.
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
+
+AREA_NAMES = {
+    "chosen": "as chosen",
+    "occupied": "occupied from probability",
+    "free": "free below probability",
+    "unknown_half_width_grey": "width of the unknown grey ±",
+    "speck_pixels": "specks dropped up to pixels",
+    "footprint_radius_mm": "footprint radius [mm]",
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of text cells.
+
+    Parameters
+    ----------
+    headers : names of the columns.
+    rows : cells, as many in each row as there are headers.
+    numeric : columns that hold numbers, by index: set to the right.
+    total : a last row that sums the others, or None.
+    """
+
+    headers: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    numeric: tuple[int, ...] = ()
+    total: tuple[str, ...] | None = None
+
+
+def cost_csv(answer: AnswerRecord) -> str:
+    """The cost lines of an answer as CSV with a total row; amounts are exact, text cannot be taken for a formula."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COST_HEADER)
+    for line in answer.cost_lines:
+        amount = exact_amount(line.amount_cents)
+        cells = (line.group, line.item, line.quantity, line.unit, line.unit_price, answer.currency, amount, line.source)
+        writer.writerow(cells[i] if name == "amount" else plain_cell(cells[i]) for i, name in enumerate(COST_HEADER))
+    total = exact_amount(sum(line.amount_cents for line in answer.cost_lines))
+    writer.writerow(("total", "", "", "", "", plain_cell(answer.currency), total, ""))
+    return text.getvalue()
+
+
+def write_cost_csv(path: Path, answer: AnswerRecord) -> None:
+    """Write the cost lines of an answer, whole or not at all."""
+    write_text(path, cost_csv(answer))
+
+
+def plain_cell(text: str) -> str:
+    """A cell as it is if it is a number, else with a leading apostrophe where a spreadsheet would see a formula."""
+    try:
+        if Decimal(text).is_finite() and text == text.strip():
+            return text
+    except InvalidOperation:
+        pass
+    return f"'{text}" if text.startswith(FORMULA_STARTS) else text
+
+
+def cost_table(answer: AnswerRecord) -> Table:
+    """What an answer buys, line by line."""
+    rows = tuple(
+        (
+            line.item, f"{grouped(line.quantity)} {unit_of(line)}", _price(line.unit_price, answer.currency),
+            money(line.amount_cents, answer.currency), line.source,
+        )
+        for line in answer.cost_lines
+    )  # fmt: skip
+    total = money(sum(line.amount_cents for line in answer.cost_lines), answer.currency)
+    return Table(("Item", "Quantity", "Unit price", "Amount", "Source"), rows, (1, 2, 3), ("Total", "", "", total, ""))
+
+
+def unit_of(line: CostLineRecord) -> str:
+    """The unit of a line as it is read beside a number."""
+    return {"piece": "pcs", "m2": "m²"}.get(line.unit, line.unit)
+
+
+def group_totals(answer: AnswerRecord) -> dict[str, int]:
+    """Cents by group of cost lines, in the order of the lines."""
+    totals: dict[str, int] = {}
+    for line in answer.cost_lines:
+        totals[line.group] = totals.get(line.group, 0) + line.amount_cents
+    return totals
+
+
+def comparison_table(contents: Contents) -> Table:
+    """The answers side by side, one column per fleet."""
+    answers = contents.answers
+    rows = [("Price", *(_winner_cell(a, lambda a: money(a.record.winner.cost_cents, a.record.currency)) for a in answers))]
+    rows.append(("Price per robot", *(_winner_cell(a, _price_per_robot) for a in answers)))
+    designs = {
+        "Readers per robot": lambda d: f"{d.n_readers}",
+        "Layout": lambda d: d.layout,
+        "Antenna": lambda d: f"{d.antenna} mm",
+        "Tag pattern": lambda d: d.pattern,
+        "Tags per m²": lambda d: f"{d.tags_per_m2:g}",
+        "Tags": lambda d: f"{d.n_tags:,}",
+    }
+    for name, value in designs.items():
+        rows.append((name, *(_winner_cell(a, lambda a, v=value: v(contents.design(a.record.winner))) for a in answers)))
+    for group in dict.fromkeys(group for answer in answers for group in group_totals(answer.record)):
+        rows.append((f"Cost {group.replace('m2', 'm²')}", *(_winner_cell(a, lambda a, g=group: _share(a, g)) for a in answers)))
+    rows.append(("Drives passed", *(_winner_cell(a, lambda a: passed(a.record.winner)) for a in answers)))
+    headers = ("", *(count(answer.record.n_robots, "robot") for answer in answers))
+    return Table(headers, tuple(rows), tuple(range(1, len(headers))))
+
+
+def neighbour_table(contents: Contents, answer: Answer) -> Table:
+    """The winner among its neighbours: next best, lower bound and cheaper designs without a verdict."""
+    record = answer.record
+    entries = [("cheapest certified", record.winner)] if record.winner else []
+    entries += [("next best", decision) for decision in record.runners_up]
+    entries += [("undecided", decision) for decision in record.undecided]
+    open_designs = {decision.design for _, decision in entries}
+    if record.lower_bound is not None and record.lower_bound.design not in open_designs:
+        entries.append(("lower bound", record.lower_bound))
+    metric = plotted_metric(contents.result.requirement)
+    rows = []
+    for role, decision in sorted(entries, key=lambda entry: entry[1].cost_cents):
+        design = contents.design(decision)
+        is_bound = record.lower_bound is not None and decision.design == record.lower_bound.design
+        role = f"{role} (lower bound)" if is_bound and role == "undecided" else role
+        rows.append(
+            (role, design.name, money(decision.cost_cents, record.currency), passed(decision),
+             error_words(contents, decision, metric))
+        )  # fmt: skip
+    return Table(("", "Design", "Price", "Drives passed", "Error"), tuple(rows), (2, 3, 4))
+
+
+def error_words(contents: Contents, decision: DecisionRecord, metric: str) -> str:
+    """Mean of an error metric over a design's runs; "at least" where runs were stopped before their end."""
+    design = contents.design(decision)
+    if metric not in design.metrics:
+        return "–"
+    value = metric_value(metric, design.metrics[metric].mean)
+    return f"at least {value}" if design.n_complete < design.n_runs else value
+
+
+def front_table(result: StudyResult) -> Table:
+    """The cheapest certified price by limit, one column per fleet."""
+    factors = sorted({1.0} | {front.factor for answer in result.answers for front in answer.fronts})
+    rows = []
+    for factor in factors:
+        cells = []
+        for answer in result.answers:
+            decision, claim = front_decision(answer, factor)
+            price = "none" if decision is None else money(decision.cost_cents, answer.currency)
+            note = "" if claim in ("cheapest", "") else f" ({claim.replace('certified, ', '')})"
+            cells.append(price + note)
+        limits = ", ".join(metric_value(limit.metric, limit.limit * factor) for limit in result.requirement.limits)
+        rows.append((f"× {factor:g}", limits, *cells))
+    headers = ("Limits", "that is", *(count(answer.n_robots, "robot") for answer in result.answers))
+    return Table(headers, tuple(rows), tuple(range(2, len(headers))))
+
+
+def front_decision(answer: AnswerRecord, factor: float) -> tuple[DecisionRecord | None, str]:
+    """The cheapest certified design and the claim at limits times a factor; the answer itself at 1."""
+    for front in answer.fronts:
+        if front.factor == factor:
+            return front.decision, front.claim
+    return (answer.winner, answer.claim) if factor == 1.0 else (None, "not searched")
+
+
+def area_table(result: StudyResult) -> Table:
+    """How the floor's area moves with the thresholds of its map."""
+    floor = result.floor
+    rows = []
+    for row in floor.sensitivity:
+        name = AREA_NAMES.get(row.name, row.name.replace("_", " "))
+        name = name if row.value is None else f"{name} {row.value:g}"
+        change = row.area_m2 / floor.area_m2 - 1
+        rows.append((name, f"{row.area_m2:,.0f} m²", f"{100 * change:+.1f} %", f"{row.navigable_m2:,.0f} m²"))
+    return Table(("If the map is read with", "Area to tag", "Change", "Robot's centre"), tuple(rows), (1, 2, 3))
+
+
+def antenna_table(answer: Answer) -> Table:
+    """Where each antenna is bolted."""
+    rows = tuple(
+        (f"{i}", f"{pose.x_mm:.1f}", f"{pose.y_mm:.1f}", f"{in_unit('yaw_rad', pose.yaw_rad)[0]:.1f}")
+        for i, pose in enumerate(answer.chosen.antennas, start=1)
+    )
+    return Table(("Antenna", "x [mm]", "y [mm]", "yaw [°]"), rows, (0, 1, 2, 3))
+
+
+def screen_table(result: StudyResult) -> Table:
+    """What became of the combinations of the space before the first run."""
+    space = result.space
+    rows = [("combinations of all variables", f"{space.n_combinations:,}")]
+    rows.append(("cannot be built: antennas overlap or stick out of the robot", f"−{space.n_unbuildable:,}"))
+    for screen in space.screens:
+        rows.append((f"screened out untested ({screen.kind}): {screen.rule}", f"−{screen.n_removed:,}"))
+    return Table(("Designs", "Number"), tuple(rows), (1,), ("candidates of the search", f"{space.n_candidates:,}"))
+
+
+def unbuildable_table(result: StudyResult) -> Table:
+    """Pairs of layout and antenna that cannot be built, by reason and antenna."""
+    groups: dict[tuple[str, str], list[str]] = {}
+    for pair in result.space.unbuildable:
+        groups.setdefault((_kind_of(pair.reason), pair.antenna), []).append(pair.layout)
+    rows = tuple(
+        (reason, f"{antenna} mm", f"{len(layouts)}", ", ".join(layouts))
+        for (reason, antenna), layouts in sorted(groups.items())
+    )
+    return Table(("Reason", "Antenna", "Layouts", "Which"), rows, (2,))
+
+
+def assumption_table(result: StudyResult) -> Table:
+    """What the answer rests on."""
+    rows = tuple((item.what, item.value, item.source) for item in result.assumptions)
+    return Table(("Assumption", "Value", "Source"), rows)
+
+
+def passed(decision: DecisionRecord) -> str:
+    """Passed drives of a decision, as "137 of 140"."""
+    return f"{decision.n_passed:,} of {decision.n_runs:,}"
+
+
+def _kind_of(reason: str) -> str:
+    kinds = [kind for word, kind in (("overlap", "overlap"), ("sticks out", "stick out of the robot")) if word in reason]
+    return f"antennas {' and '.join(kinds)}" if kinds else reason
+
+
+def _winner_cell(answer: Answer, words) -> str:
+    return "–" if answer.record.winner is None else words(answer)
+
+
+def _price_per_robot(answer: Answer) -> str:
+    record = answer.record
+    return money(round(record.winner.cost_cents / record.n_robots), record.currency)
+
+
+def _share(answer: Answer, group: str) -> str:
+    cents = group_totals(answer.record).get(group, 0)
+    return f"{money(cents, answer.record.currency)} ({percent(cents / max(answer.record.winner.cost_cents, 1), 0)})"
+
+
+def _price(text: str, currency: str) -> str:
+    amount = Decimal(text)
+    digits = max(2, -int(amount.normalize().as_tuple().exponent))
+    return f"{currency} {amount:,.{digits}f}"

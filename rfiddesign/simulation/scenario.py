@@ -1,0 +1,103 @@
+"""A scenario: how designs are exercised, and what the world does to them."""
+
+from dataclasses import dataclass, field
+
+from rfiddesign.errors import require_finite
+from rfiddesign.estimators.mcl import Mcl
+from rfiddesign.floor import Floor
+from rfiddesign.models.motion import OmnidirectionalMotion
+from rfiddesign.models.reads import ReadModel
+from rfiddesign.simulation.trajectory import HEADINGS
+
+STARTS = ("known", "unknown")
+MAX_STEPS = 200_000
+
+
+@dataclass(frozen=True)
+class Routes:
+    """Where and how the robots drive.  Each run draws its route, speed and manner of heading anew.
+
+    Parameters
+    ----------
+    speeds_mm_per_s : speeds, drawn with equal chance [mm/s].
+    aligned_share : share of runs that drive along the axes of the tag lattice; the others drive obliquely.
+    headings : manners of heading, drawn with equal chance: "along" faces the way and turns in place at corners,
+        "constant" holds one heading (a multiple of 90 degrees on aligned routes).
+    turn_rate_rad_per_s : speed of turns in place [rad/s].
+    """
+
+    speeds_mm_per_s: tuple[float, ...] = (100.0, 200.0, 300.0)
+    aligned_share: float = 0.5
+    headings: tuple[str, ...] = HEADINGS
+    turn_rate_rad_per_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        if not self.speeds_mm_per_s:
+            raise ValueError("speeds_mm_per_s is empty, must hold at least one speed")
+        for speed in self.speeds_mm_per_s:
+            require_finite("speeds_mm_per_s", speed, low=0.0, high=10_000.0, is_low_open=True)
+        require_finite("aligned_share", self.aligned_share, low=0.0, high=1.0)
+        if not self.headings or any(heading not in HEADINGS for heading in self.headings):
+            raise ValueError(f"headings are {list(self.headings)}, must be one or more of {', '.join(HEADINGS)}")
+        require_finite("turn_rate_rad_per_s", self.turn_rate_rad_per_s, low=1e-3, high=100.0)
+
+
+@dataclass(frozen=True)
+class World:
+    """What is true, whatever the estimator believes.
+
+    Parameters
+    ----------
+    motion : noise of the odometry.
+    reads : how the readers read.
+    installation_error_mm : standard deviation per axis of where a tag lies about where the map has it [mm]; every run
+        meets a freshly laid floor.
+    """
+
+    motion: OmnidirectionalMotion = field(default_factory=OmnidirectionalMotion)
+    reads: ReadModel = field(default_factory=ReadModel)
+    installation_error_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_finite("installation_error_mm", self.installation_error_mm, low=0.0, high=1000.0)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """How a design is exercised.
+
+    Parameters
+    ----------
+    floor : where tags lie and robots drive.
+    routes, world : see there.
+    estimator : the filter on the robot.
+    start : "known": the filter starts at the true pose; "unknown": anywhere on the floor with any heading.
+    duration_s, dt_s : length of a run and of a filter step [s].
+    settle_s : errors count from here on [s].
+    """
+
+    floor: Floor
+    routes: Routes = field(default_factory=Routes)
+    world: World = field(default_factory=World)
+    estimator: Mcl = field(default_factory=Mcl)
+    start: str = "known"
+    duration_s: float = 60.0
+    dt_s: float = 0.05
+    settle_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.start not in STARTS:
+            raise ValueError(f"start is {self.start!r}, must be one of {', '.join(STARTS)}")
+        require_finite("dt_s", self.dt_s, low=1e-4, high=10.0)
+        require_finite("duration_s", self.duration_s, low=self.dt_s, high=self.dt_s * MAX_STEPS)
+        require_finite("settle_s", self.settle_s, low=0.0, high=self.duration_s - self.dt_s)
+
+    @property
+    def n_steps(self) -> int:
+        """Filter steps of a complete run."""
+        return round(self.duration_s / self.dt_s)
+
+    @property
+    def first_scored_step(self) -> int:
+        """First step whose error counts."""
+        return min(round(self.settle_s / self.dt_s), self.n_steps - 1)

@@ -1,0 +1,128 @@
+"""What the command line asks of a study beside running it, as plain data that prints as JSON."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from rfiddesign.cost import Site
+from rfiddesign.design import Design, check_design
+from rfiddesign.errors import StudyError
+from rfiddesign.evaluate import evaluate
+from rfiddesign.optimize import unbuildable
+from rfiddesign.study.document import antenna_poses, blind_records, coverage_record
+from rfiddesign.study.load import Study, check_tag_count, design_of, floor_of, scenario_of, space_of
+from rfiddesign.study.pipeline import price_design
+from rfiddesign.study.run_study import sensitivity
+
+
+def check_study(study: Study) -> dict[str, Any]:
+    """What a study would search, its floor, and how the floor depends on the map's thresholds."""
+    floor = floor_of(study)
+    space = space_of(study)
+    for pattern in space.patterns:
+        check_tag_count(study, pattern, floor)
+    misfits = unbuildable(space, study.footprint)
+    n_unbuildable = len(misfits) * len(space.patterns)
+    if n_unbuildable == space.size:
+        raise StudyError(f"no design can be built: {misfits[0].reason}", file=study.path, key="space")
+    scenario_of(study, floor)
+    return {
+        "study": study.name,
+        "title": study.file.title,
+        "floor": {
+            "name": floor.name,
+            "source": floor.source,
+            "area_m2": round(floor.area_m2, 2),
+            "navigable_m2": round(floor.navigable_m2, 2),
+            "sensitivity": [
+                {"name": row.name, "value": row.value, "area_m2": row.area_m2, "navigable_m2": row.navigable_m2}
+                for row in sensitivity(study)
+            ],
+        },
+        "space": {
+            "n_combinations": space.size,
+            "n_unbuildable": n_unbuildable,
+            "n_buildable": space.size - n_unbuildable,
+            "unbuildable": [
+                {"layout": pair.layout_name, "antenna": pair.antenna_name, "reason": pair.reason} for pair in misfits
+            ],
+        },
+        "requirement": dict(study.requirement.limits) | {"converged_within_s": study.requirement.converged_within_s},
+        "fleet": study.file.fleet.robots,
+    }
+
+
+def evaluate_study(study: Study, n_runs: int, n_workers: int | None, on_run: Callable[[int], None]) -> dict[str, Any]:
+    """Errors of the study's design at hand over `n_runs` runs, and what it costs."""
+    design = _buildable_design(study)
+    floor = floor_of(study)
+    check_tag_count(study, design.pattern, floor)
+    scenario = scenario_of(study, floor)
+    try:
+        evaluation = evaluate(
+            design, scenario, n_runs, seed=study.file.seed, requirement=study.requirement, n_workers=n_workers,
+            on_run=on_run,
+        )  # fmt: skip
+    except ValueError as error:
+        raise StudyError(str(error), file=study.path) from None
+    n_tags = len(design.pattern.lay(floor.drivable))
+    prices = {
+        str(n): price_design(study, design, n_tags, Site(n, floor.area_m2)).total_cents / 100
+        for n in study.file.fleet.robots
+    }
+    return {
+        "design": design.name,
+        "start": scenario.start,
+        "seed": study.file.seed,
+        "metrics": {name: {"mean": mean.mean, "stderr": mean.stderr} for name, mean in evaluation.metrics().items()},
+        "runs": n_runs,
+        "steps": evaluation.n_steps,
+        "n_particles": evaluation.n_particles,
+        "n_tags": n_tags,
+        "price_by_robots": prices,
+        "currency": study.prices.currency,
+        "wall_s": evaluation.wall_s,
+    }
+
+
+def coverage_of_study(study: Study) -> dict[str, Any]:
+    """What the antennas of the study's design at hand see of its tags."""
+    design = _buildable_design(study)
+    record = coverage_record(design)
+    aliased, corridors = blind_records(design)
+    return {
+        "design": design.name,
+        "antennas_mm": [[pose.x_mm, pose.y_mm, pose.yaw_rad] for pose in antenna_poses(design)],
+        "antenna_area_mm2": design.antenna.area.area_mm2,
+        "tags_per_m2": design.pattern.tags_per_m2,
+        "k_coverage": record.k_coverage,
+        "expected_reads": record.expected_reads,
+        "two_tags_share": record.two_tags_share,
+        "method": record.method,
+        "blind_distance_mm": {f"{drive.heading_deg:g}": drive.p95_mm for drive in record.drives},
+        "blind_distances": [drive.model_dump(mode="json") for drive in record.drives],
+        "aliased_headings_deg": [found.heading_deg for found in aliased],
+        "aliasing": [_blind(found) for found in aliased],
+        "blind_corridors": [_blind(found) for found in corridors],
+        "warnings": record.warnings,
+    }
+
+
+def _blind(found: Any) -> dict[str, Any]:
+    distance = found.blind_distance_mm
+    return {
+        "heading_deg": found.heading_deg,
+        "row_spacing_mm": found.row_spacing_mm,
+        "blind_share": found.blind_share,
+        "blind_distance_mm": distance if math.isfinite(distance) else None,
+        "message": found.message,
+    }
+
+
+def _buildable_design(study: Study) -> Design:
+    design = design_of(study)
+    try:
+        check_design(design, study.footprint)
+    except ValueError as error:
+        raise StudyError(str(error), file=study.path, key="design") from None
+    return design

@@ -1,0 +1,248 @@
+"""What a study file may say: keys, types, ranges and defaults.
+
+Lengths are mm, times s; any other unit is a suffix of the key.  `study.schema.json` beside this file is the same as
+JSON Schema, for editors.
+"""
+
+from decimal import Decimal
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Positive = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
+Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+Density = Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)]
+Pitch = Annotated[float, Field(ge=10, le=100_000, allow_inf_nan=False)]
+Name = Annotated[str, Field(min_length=1, max_length=100)]
+PatternKind = Literal["square", "triangular", "random", "striped", "thinned"]
+
+
+class Section(BaseModel):
+    """A table of the file: unknown keys and wrong types are errors."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+class FloorSection(Section):
+    """Where robots drive: a ROS map, or a rectangle."""
+
+    map: Name | None = Field(None, description="map.yaml of a ROS map, relative to the study file")
+    rectangle_m: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="length and width of an empty floor [m]"
+    )
+    occupied_threshold: Share | None = Field(None, description="occupancy from which a cell is a wall")
+    speck_pixels: Annotated[int, Field(ge=0, le=1000)] | None = Field(
+        None, description="occupied specks of up to this many pixels are dropped"
+    )
+
+    @model_validator(mode="after")
+    def _one_floor(self) -> "FloorSection":
+        if (self.map is None) == (self.rectangle_m is None):
+            raise ValueError("needs exactly one of map and rectangle_m")
+        return self
+
+
+class RobotSection(Section):
+    """The robot's body."""
+
+    footprint_radius_mm: Annotated[float, Field(ge=10, le=5_000)] = Field(
+        300.0, description="radius of the disc that antennas must keep inside and walls outside [mm]"
+    )
+
+
+class FleetSection(Section):
+    """How many robots the floor serves; one answer is searched for each."""
+
+    robots: Annotated[list[Annotated[int, Field(ge=1, le=1_000_000)]], Field(min_length=1, max_length=20)] = [1]
+
+
+class RequirementSection(Section):
+    """Limits that a run must keep to pass."""
+
+    position_mean_mm: Positive | None = None
+    position_rms_mm: Positive | None = None
+    position_p95_mm: Positive | None = None
+    position_max_mm: Positive | None = None
+    heading_mean_deg: Positive | None = None
+    heading_rms_deg: Positive | None = None
+    heading_p95_deg: Positive | None = None
+    heading_max_deg: Positive | None = None
+    lost_share: Annotated[float, Field(gt=0, le=1)] | None = None
+    converged_within_s: Positive | None = None
+
+    @model_validator(mode="after")
+    def _some_limit(self) -> "RequirementSection":
+        if not self.model_fields_set:
+            raise ValueError(f"needs at least one of {', '.join(type(self).model_fields)}")
+        return self
+
+
+class ScenarioSection(Section):
+    """How designs are exercised."""
+
+    start: Literal["known", "unknown"] = "known"
+    duration_s: Annotated[float, Field(gt=0, le=36_000)] = 60.0
+    dt_s: Annotated[float, Field(ge=1e-3, le=10)] = 0.05
+    settle_s: NotNegative | None = Field(
+        None, description="errors count from here on; default: converged_within_s if the start is unknown, else 0"
+    )
+    speeds_mm_per_s: Annotated[list[Annotated[float, Field(gt=0, le=10_000)]], Field(min_length=1, max_length=100)] = [
+        100.0,
+        200.0,
+        300.0,
+    ]
+    aligned_share: Share = 0.5
+    headings: Annotated[list[Literal["along", "constant"]], Field(min_length=1, max_length=2)] = ["along", "constant"]
+    turn_rate_deg_per_s: Annotated[float, Field(ge=0.1, le=3600)] = 60.0
+
+
+class NoiseSection(Section):
+    """White noise of the velocity (hf_multireader_mcl, eq. 1)."""
+
+    noise_mm_per_s: Annotated[float, Field(ge=0, le=1e5)] = 25.0
+    noise_rad_per_s: Annotated[float, Field(ge=0, le=1e3)] = 0.05
+
+
+class WorldSection(Section):
+    """What is true, whatever the estimator believes."""
+
+    odometry: NoiseSection = NoiseSection()
+    read_probability: Share = 1.0
+    polling: Literal["common", "staggered"] = "common"
+    installation_error_mm: Annotated[float, Field(ge=0, le=1000)] = 0.0
+
+
+class EstimatorSection(Section):
+    """The filter on the robot, and what it believes."""
+
+    name: Literal["mcl"] = "mcl"
+    likelihood: Literal["gaussian", "combination"] = "combination"
+    sigma_per_radius: Annotated[float, Field(ge=0.01, le=100)] = 1.1
+    beta: Annotated[float, Field(gt=0, le=1)] = 0.3
+    n_particles: Annotated[int, Field(ge=2, le=1_000_000)] = 500
+    reinitialize: bool = True
+    alpha: Annotated[float, Field(gt=0, le=1)] = 1e-6
+    is_age_compensated: bool = True
+    odometry: NoiseSection | None = Field(None, description="noise that the filter believes in; default: the true one")
+
+
+class DesignSection(Section):
+    """The design that `evaluate` and `coverage` take where --set does not say otherwise."""
+
+    layout: Name = "cross-8"
+    antenna: Name = "60x60"
+    pattern: PatternKind = "square"
+    tags_per_m2: Density | None = None
+    pitch_mm: Pitch | None = None
+
+    @model_validator(mode="after")
+    def _one_density(self) -> "DesignSection":
+        if self.tags_per_m2 is not None and self.pitch_mm is not None:
+            raise ValueError("needs one of tags_per_m2 and pitch_mm, not both")
+        return self
+
+
+class SpaceSection(Section):
+    """Values of each variable; the space is every combination of them."""
+
+    layout: Annotated[list[Name], Field(min_length=1, max_length=1000)]
+    antenna: Annotated[list[Name], Field(min_length=1, max_length=100)]
+    pattern: Annotated[list[PatternKind], Field(min_length=1, max_length=10)]
+    tags_per_m2: Annotated[list[Density], Field(min_length=1, max_length=1000)]
+
+
+class SearchSection(Section):
+    """How sure the answer must be, and what is not even tried."""
+
+    hold_probability: Annotated[float, Field(gt=0, lt=1)] = Field(
+        0.95, description="a design holds if at least this share of its runs pass"
+    )
+    fail_probability: Annotated[float, Field(gt=0, lt=1)] = Field(
+        0.90, description="a certified design passes more than this share of its runs"
+    )
+    alpha_refute: Annotated[float, Field(gt=0, lt=1)] = 0.025
+    alpha_certify: Annotated[float, Field(gt=0, lt=1)] = 0.025
+    max_runs: Annotated[int, Field(ge=10, le=100_000)] = 2000
+    next_best: Annotated[int, Field(ge=0, le=20)] = 1
+    limit_factors: Annotated[list[Positive], Field(max_length=10)] = Field(
+        [0.5, 0.75, 1.5, 2.0], description="tighter and looser limits for which the tested designs are compared"
+    )
+    min_expected_reads: NotNegative = Field(
+        0.0, description="heuristic screen: designs with fewer expected reads per poll of all readers are not tried"
+    )
+
+    @model_validator(mode="after")
+    def _gap(self) -> "SearchSection":
+        if not self.fail_probability < self.hold_probability:
+            raise ValueError("fail_probability must be below hold_probability")
+        return self
+
+
+class StudyFile(Section):
+    """A study: the question, as data."""
+
+    title: Annotated[str, Field(min_length=1, max_length=200)]
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    prices: Name = Field("prices.toml", description="price list, relative to the study file")
+    floor: FloorSection
+    robot: RobotSection = RobotSection()
+    fleet: FleetSection = FleetSection()
+    requirement: RequirementSection
+    scenario: ScenarioSection = ScenarioSection()
+    world: WorldSection = WorldSection()
+    estimator: EstimatorSection = EstimatorSection()
+    design: DesignSection = DesignSection()
+    layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")
+    space: SpaceSection
+    search: SearchSection = SearchSection()
+
+
+class PriceEntry(Section):
+    """A price and where it comes from."""
+
+    price: Annotated[Decimal, Field(strict=False, ge=0, le=1e9, decimal_places=6)]
+    source: Annotated[str, Field(min_length=1, max_length=500)] = Field(description='a source, or "assumption"')
+
+
+class ControllerEntry(PriceEntry):
+    """A controller or multiplexer."""
+
+    channels: Annotated[int, Field(ge=1, le=10_000)]
+
+
+class PerRobot(Section):
+    """Prices counted per reader of each robot."""
+
+    reader: PriceEntry
+    cabling: PriceEntry
+    antenna: Annotated[dict[Name, PriceEntry], Field(min_length=1)]
+    controller: Annotated[list[ControllerEntry], Field(min_length=1, max_length=100)]
+
+
+class PerTag(Section):
+    """Prices counted per tag."""
+
+    tag: PriceEntry
+    laying: PriceEntry
+
+
+class PerSquareMetre(Section):
+    """Prices counted per m2 of tagged floor."""
+
+    covering: PriceEntry
+    survey: PriceEntry
+
+
+class PriceFile(Section):
+    """A price list."""
+
+    currency: Annotated[str, Field(pattern=r"^[A-Z]{3}$")]
+    per_robot: PerRobot
+    per_tag: PerTag
+    per_m2: PerSquareMetre
+    per_project: PriceEntry
+
+
+SCHEMA_PATH = Path(__file__).with_name("study.schema.json")

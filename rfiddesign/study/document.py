@@ -1,0 +1,271 @@
+"""From what a search found to the records that are saved: `result.json` and its companions."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from rfiddesign import __version__
+from rfiddesign.cost import Cost
+from rfiddesign.design import Design
+from rfiddesign.evaluate import Evaluation
+from rfiddesign.floor import AreaRow, Floor
+from rfiddesign.geometry import Aliasing, aliased_headings, blind_corridors, blind_distances, coverage
+from rfiddesign.metrics import Requirement, RunMetrics
+from rfiddesign.optimize import CLAIMS, Decision, SearchResult, TestPlan
+from rfiddesign.results import study_result as records
+from rfiddesign.simulation.run import Trace
+from rfiddesign.study.assumptions import assumptions
+from rfiddesign.study.load import Study
+from rfiddesign.study.pipeline import Answer, Candidates
+
+BLIND_LIMIT_MM = 500.0
+# More digits than any result has, fewer than where compilers differ.
+SIGNIFICANT_DIGITS = 9
+# A point every half second is all that a curve shows.
+TRACE_STEP_S = 0.5
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Everything that a finished study knows.
+
+    Parameters
+    ----------
+    sensitivity : how the floor's area moves with the map's thresholds.
+    runs : the consumed runs of each tested design, by number.
+    digest : hash of everything that the answer depends on.
+    """
+
+    study: Study
+    floor: Floor
+    sensitivity: tuple[AreaRow, ...]
+    candidates: Candidates
+    plan: TestPlan
+    answers: tuple[Answer, ...]
+    runs: dict[int, list[RunMetrics]]
+    digest: str
+
+
+def study_result(findings: Findings) -> records.StudyResult:
+    """The whole answer as one record."""
+    study, candidates = findings.study, findings.candidates
+    return records.StudyResult(
+        version=__version__,
+        study=study.name,
+        title=study.file.title,
+        seed=study.file.seed,
+        study_hash=findings.digest,
+        requirement=records.RequirementRecord(
+            limits=_limits(study.requirement), converged_within_s=study.requirement.converged_within_s
+        ),
+        test=records.TestRecord(
+            hold_probability=findings.plan.hold_probability,
+            fail_probability=findings.plan.fail_probability,
+            alpha_refute=findings.plan.alpha_refute,
+            alpha_certify=findings.plan.alpha_certify,
+            n_designs=findings.plan.n_designs,
+            max_runs=findings.plan.max_runs,
+        ),
+        floor=records.FloorRecord(
+            name=findings.floor.name,
+            source=findings.floor.source,
+            area_m2=rounded(findings.floor.area_m2),
+            navigable_m2=rounded(findings.floor.navigable_m2),
+            footprint_radius_mm=study.file.robot.footprint_radius_mm,
+            sensitivity=[
+                records.AreaRecord(
+                    name=row.name,
+                    value=row.value,
+                    area_m2=rounded(row.area_m2),
+                    navigable_m2=rounded(row.navigable_m2),
+                )
+                for row in findings.sensitivity
+            ],
+        ),
+        space=records.SpaceRecord(
+            n_combinations=candidates.space.size,
+            n_unbuildable=candidates.n_unbuildable,
+            unbuildable=[
+                records.UnbuildableRecord(layout=pair.layout_name, antenna=pair.antenna_name, reason=pair.reason)
+                for pair in candidates.unbuildable
+            ],
+            screens=[
+                records.ScreenRecord(rule=screen.rule, kind=screen.kind, n_removed=screen.n_removed)
+                for screen in candidates.screens
+            ],
+            n_candidates=len(candidates.numbers),
+        ),
+        assumptions=assumptions(study),
+        answers=[_answer(findings, answer) for answer in findings.answers],
+        designs=[_design(candidates, number, runs) for number, runs in sorted(findings.runs.items())],
+    )
+
+
+def chosen_design(findings: Findings, answer: Answer) -> records.ChosenDesign:
+    """The winner of an answer as the workshop needs it."""
+    number = findings.candidates.numbers[answer.search.winner]
+    design, price = findings.candidates.designs[number], answer.costs[number]
+    lattice = design.pattern.lattice
+    return records.ChosenDesign(
+        name=design.name,
+        n_robots=answer.n_robots,
+        layout=design.layout.name,
+        antennas=antenna_poses(design),
+        antenna=design.antenna.name,
+        antenna_housing_mm=design.antenna.housing_mm,
+        antenna_source=design.antenna.source,
+        footprint_radius_mm=findings.study.file.robot.footprint_radius_mm,
+        pattern=design.pattern.name,
+        tags_per_m2=rounded(design.pattern.tags_per_m2),
+        lattice_basis_mm=None if lattice is None else [tuple(map(rounded, row)) for row in lattice.basis_mm],
+        pattern_seed=findings.study.file.seed,
+        n_tags=findings.candidates.n_tags[number],
+        cost_cents=price.total_cents,
+        currency=price.currency,
+    )
+
+
+def antenna_poses(design: Design) -> list[records.AntennaPose]:
+    """Where each antenna sits on the robot."""
+    return [
+        records.AntennaPose(x_mm=rounded(x), y_mm=rounded(y), yaw_rad=rounded(yaw)) for x, y, yaw in design.layout.poses
+    ]
+
+
+def blind_records(design: Design) -> tuple[tuple[Aliasing, ...], tuple[Aliasing, ...]]:
+    """Lanes never read that another spacing of the antennas would close, and lanes for which there are too few."""
+    seen = (design.layout, design.antenna.area, design.pattern)
+    return aliased_headings(*seen, limit_mm=BLIND_LIMIT_MM), blind_corridors(*seen, limit_mm=BLIND_LIMIT_MM)
+
+
+def coverage_record(design: Design) -> records.CoverageRecord:
+    """What the antennas of a design see of its tags."""
+    seen = (design.layout, design.antenna.area, design.pattern)
+    total = coverage(*seen)
+    aliased, corridors = blind_records(design)
+    return records.CoverageRecord(
+        k_coverage=[rounded(share) for share in total.k_coverage],
+        expected_reads=rounded(total.expected_reads),
+        two_tags_share=rounded(total.two_tags_share),
+        method=total.method,
+        drives=[
+            records.DriveRecord(
+                heading_deg=rounded(drive.heading_deg),
+                mean_mm=rounded(drive.mean_mm),
+                p95_mm=rounded(drive.p95_mm),
+                share_over_limit=rounded(drive.share_over_limit),
+                is_aligned=drive.is_aligned,
+            )
+            for drive in blind_distances(*seen, limit_mm=BLIND_LIMIT_MM)
+        ],
+        warnings=[found.message for found in (*aliased, *corridors)],
+    )
+
+
+def traces_record(traces: Iterable[tuple[int, int, Trace]]) -> list[records.TraceRecord]:
+    """Errors over time of runs given as (robots of the fleet, run number, trace), thinned to what a curve shows."""
+    found = []
+    for n_robots, run, trace in traces:
+        every = max(1, round(TRACE_STEP_S / trace.dt_s))
+        steps = range(every - 1, trace.position_error_mm.size, every)
+        found.append(
+            records.TraceRecord(
+                n_robots=n_robots,
+                run=run,
+                time_s=[rounded((step + 1) * trace.dt_s) for step in steps],
+                position_error_mm=[rounded(trace.position_error_mm[step]) for step in steps],
+                heading_error_rad=[rounded(trace.heading_error_rad[step]) for step in steps],
+            )
+        )
+    return found
+
+
+def rounded(value: float) -> float:
+    """A number to nine significant digits."""
+    return float(f"{value:.{SIGNIFICANT_DIGITS}g}") if math.isfinite(value) else value
+
+
+def _limits(requirement: Requirement) -> list[records.Limit]:
+    return [records.Limit(metric=metric, limit=rounded(limit)) for metric, limit in requirement.limits]
+
+
+def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
+    search, numbers = answer.search, findings.candidates.numbers
+
+    def decision(index: int | None, found: SearchResult = search) -> records.DecisionRecord | None:
+        return None if index is None else _decision(answer, numbers[index], found.decisions.get(index))
+
+    winner = None if search.winner is None else numbers[search.winner]
+    price = None if winner is None else answer.costs[winner]
+    return records.AnswerRecord(
+        n_robots=answer.n_robots,
+        currency=findings.study.prices.currency,
+        claim=search.claim,
+        claim_words=CLAIMS[search.claim],
+        winner=decision(search.winner),
+        cost_lines=[] if price is None else _cost_lines(price),
+        runners_up=[decision(index) for index in search.runners_up],
+        lower_bound=decision(search.lower_bound),
+        undecided=[decision(index) for index in search.undecided],
+        decisions=[decision(index) for index in search.order],
+        n_runs_used=search.n_runs_used,
+        fronts=[
+            records.FrontRecord(
+                factor=factor,
+                limits=_limits(findings.study.requirement.scaled(factor)),
+                claim=found.claim,
+                decision=decision(found.winner, found),
+            )
+            for factor, found in sorted({1.0: search, **answer.fronts}.items())
+        ],
+        coverage=None if winner is None else coverage_record(findings.candidates.designs[winner]),
+    )
+
+
+def _decision(answer: Answer, number: int, decision: Decision | None) -> records.DecisionRecord:
+    decision = decision or Decision("undecided", 0, 0)
+    return records.DecisionRecord(
+        design=number,
+        cost_cents=answer.costs[number].total_cents,
+        verdict=decision.verdict,
+        n_runs=decision.n_runs,
+        n_passed=decision.n_passed,
+    )
+
+
+def _cost_lines(price: Cost) -> list[records.CostLineRecord]:
+    return [
+        records.CostLineRecord(
+            group=line.group,
+            item=line.item,
+            quantity=f"{line.quantity:f}",
+            unit=line.unit,
+            unit_price=f"{line.unit_price:f}",
+            amount_cents=line.amount_cents,
+            source=line.source,
+        )
+        for line in price.lines
+    ]
+
+
+def _design(candidates: Candidates, number: int, runs: list[RunMetrics]) -> records.DesignRecord:
+    design = candidates.designs[number]
+    means = Evaluation(design.name, tuple(runs), (), 0, 0.0).metrics()
+    return records.DesignRecord(
+        number=number,
+        name=design.name,
+        layout=design.layout.name,
+        antenna=design.antenna.name,
+        pattern=design.pattern.name,
+        tags_per_m2=rounded(design.pattern.tags_per_m2),
+        n_readers=design.layout.n_readers,
+        n_tags=candidates.n_tags[number],
+        n_runs=len(runs),
+        n_complete=sum(run.is_complete for run in runs),
+        metrics={
+            name: records.MeanRecord(
+                mean=rounded(mean.mean), stderr=None if mean.stderr is None else rounded(mean.stderr)
+            )
+            for name, mean in means.items()
+        },
+    )

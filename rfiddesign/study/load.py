@@ -1,0 +1,238 @@
+"""Load a study once: from its files to frozen records; nothing below this module sees a dict."""
+
+import math
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import shapely
+from shapely.geometry import Polygon
+
+from rfiddesign.catalog import antenna, antennas
+from rfiddesign.cost import Price, PriceList
+from rfiddesign.design import Design
+from rfiddesign.errors import StudyError
+from rfiddesign.estimators.mcl import Mcl
+from rfiddesign.floor import Floor, MapThresholds, floor_from_map, read_ros_map, rectangle_floor
+from rfiddesign.geometry import LAYOUTS, ReaderLayout, TagPattern, make_layout, make_pattern
+from rfiddesign.metrics import Requirement
+from rfiddesign.models.likelihood import DistanceLikelihood
+from rfiddesign.models.motion import OmnidirectionalMotion
+from rfiddesign.models.reads import ReadModel
+from rfiddesign.optimize import Space
+from rfiddesign.simulation.scenario import Routes, Scenario, World
+from rfiddesign.study.config import FloorSection, NoiseSection, PriceEntry, PriceFile, RequirementSection, StudyFile
+from rfiddesign.study.overrides import apply_overrides
+from rfiddesign.study.toml_file import read_toml, validate
+
+FILE_NAME = "study.toml"
+# 2.25 mm from the true disc at a radius of 300 mm would reject antennas that fit: many segments.
+_DISC_SEGMENTS = 256
+# A tag each 10 mm over the largest floor that fits memory.
+MAX_TAGS = 20_000_000
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study as read.
+
+    Parameters
+    ----------
+    path : the study file.
+    file : its contents, checked, with all defaults.
+    prices : the price list.
+    requirement : limits that a run must keep.
+    """
+
+    path: Path
+    file: StudyFile
+    prices: PriceList
+    requirement: Requirement
+
+    @property
+    def name(self) -> str:
+        """Name of the study's folder."""
+        return self.path.resolve().parent.name
+
+    @property
+    def footprint(self) -> Polygon:
+        """The robot's footprint, centred [mm]."""
+        return shapely.Point(0, 0).buffer(self.file.robot.footprint_radius_mm, quad_segs=_DISC_SEGMENTS)
+
+
+def load_study(path: str | Path, settings: tuple[str, ...] = ()) -> Study:
+    """Read a study file, or the one in a folder, with KEY=VALUE settings on top.
+
+    Raises
+    ------
+    StudyError : for anything in the study file or its price list that is missing, unknown or out of bounds.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / FILE_NAME
+    file = validate(StudyFile, apply_overrides(read_toml(path), settings), path)
+    requirement = _checked(path, "requirement", lambda: _requirement(file.requirement))
+    study = Study(path, file, _price_list(path.parent / file.prices), requirement)
+    names = [*file.space.layout, file.design.layout]
+    for name in names:
+        layout_of(study, name)
+    for name in [*file.space.antenna, file.design.antenna]:
+        _checked(path, "space.antenna", lambda name=name: antenna(name))
+    return study
+
+
+def layout_of(study: Study, name: str) -> ReaderLayout:
+    """The layout of that name: the study's own, or one of the paper's."""
+    own = study.file.layouts
+    if name in own:
+        return _checked(study.path, f"layouts.{name}", lambda: make_layout({"name": name, **own[name]}))
+    if name not in LAYOUTS:
+        allowed = ", ".join([*own, *LAYOUTS])
+        raise StudyError(f"found {name!r}, must be one of {allowed}", file=study.path, key="layout")
+    return make_layout(name)
+
+
+def design_of(study: Study) -> Design:
+    """The design at hand: the study's [design], as changed by settings."""
+    section = study.file.design
+    density = section.tags_per_m2 if section.tags_per_m2 or section.pitch_mm else 100.0
+    return Design(
+        layout_of(study, section.layout),
+        _checked(study.path, "design.antenna", lambda: antenna(section.antenna)),
+        _pattern(study, section.pattern, tags_per_m2=density, pitch_mm=section.pitch_mm),
+    )
+
+
+def space_of(study: Study) -> Space:
+    """The space of designs to search."""
+    section = study.file.space
+    for name in ("layout", "antenna", "pattern", "tags_per_m2"):
+        values = getattr(section, name)
+        if len(set(values)) < len(values):
+            raise StudyError(f"found {values}, must not name a value twice", file=study.path, key=f"space.{name}")
+    layouts = tuple(layout_of(study, name) for name in section.layout)
+    known = antennas()
+    patterns = tuple(
+        _pattern(study, kind, tags_per_m2=density) for kind in section.pattern for density in section.tags_per_m2
+    )
+    return _checked(
+        study.path, "space", lambda: Space(layouts, tuple(known[name] for name in section.antenna), patterns)
+    )
+
+
+def floor_of(study: Study) -> Floor:
+    """The floor, from its map or as a rectangle."""
+    section, radius = study.file.floor, study.file.robot.footprint_radius_mm
+    if section.map is None:
+        length_m, width_m = section.rectangle_m
+        return _checked(study.path, "floor.rectangle_m", lambda: rectangle_floor(1e3 * length_m, 1e3 * width_m, radius))
+    return floor_from_map(read_ros_map(study.path.parent / section.map), radius, map_thresholds(section))
+
+
+def map_thresholds(section: FloorSection) -> MapThresholds:
+    """How the study reads its map."""
+    given = {"occupied": section.occupied_threshold, "speck_pixels": section.speck_pixels}
+    return MapThresholds(**{name: value for name, value in given.items() if value is not None})
+
+
+def scenario_of(study: Study, floor: Floor) -> Scenario:
+    """How the study exercises its designs on a floor."""
+    file = study.file
+    section, world = file.scenario, file.world
+    settle_s = section.settle_s
+    if settle_s is None:
+        is_unknown = section.start == "unknown"
+        settle_s = min(file.requirement.converged_within_s or 0.0, section.duration_s / 2) if is_unknown else 0.0
+    build = lambda: Scenario(  # noqa: E731 - evaluated where its errors are worded
+        floor=floor,
+        routes=Routes(
+            tuple(section.speeds_mm_per_s),
+            section.aligned_share,
+            tuple(section.headings),
+            math.radians(section.turn_rate_deg_per_s),
+        ),
+        world=World(
+            _motion(world.odometry), ReadModel(world.read_probability, world.polling), world.installation_error_mm
+        ),
+        estimator=estimator_of(file),
+        start=section.start,
+        duration_s=section.duration_s,
+        dt_s=section.dt_s,
+        settle_s=settle_s,
+    )
+    return _checked(study.path, "scenario", build)
+
+
+def estimator_of(file: StudyFile) -> Mcl:
+    """The filter on the robot."""
+    section = file.estimator
+    return Mcl(
+        likelihood=DistanceLikelihood(section.likelihood, section.sigma_per_radius, section.beta),
+        motion=_motion(section.odometry or file.world.odometry),
+        n_particles=section.n_particles,
+        reinitialize=section.reinitialize,
+        alpha=section.alpha,
+        is_age_compensated=section.is_age_compensated,
+    )
+
+
+def check_tag_count(study: Study, pattern: TagPattern, floor: Floor) -> None:
+    """Raise StudyError if a floor would take more tags than memory should hold."""
+    n_tags = pattern.tags_per_m2 * floor.area_m2
+    if n_tags > MAX_TAGS:
+        raise StudyError(
+            f"{pattern.tags_per_m2:g} tags/m2 on {floor.area_m2:,.0f} m2 are {n_tags:,.0f} tags, at most {MAX_TAGS:,}"
+            " are allowed",
+            file=study.path,
+            key="tags_per_m2",
+        )
+
+
+def _requirement(section: RequirementSection) -> Requirement:
+    limits = []
+    for key in type(section).model_fields:
+        value = getattr(section, key)
+        if value is None or key == "converged_within_s":
+            continue
+        limits.append((key.replace("_deg", "_rad"), math.radians(value)) if key.endswith("_deg") else (key, value))
+    return Requirement(tuple(limits), section.converged_within_s)
+
+
+def _motion(section: NoiseSection) -> OmnidirectionalMotion:
+    return OmnidirectionalMotion(section.noise_mm_per_s, section.noise_mm_per_s, section.noise_rad_per_s)
+
+
+def _pattern(study: Study, kind: str, **density: float | None) -> TagPattern:
+    return _checked(study.path, "pattern", lambda: make_pattern(kind, seed=study.file.seed, **density))
+
+
+def _price_list(path: Path) -> PriceList:
+    file = validate(PriceFile, read_toml(path, Decimal), path)
+    robot, tag, square_metre = file.per_robot, file.per_tag, file.per_m2
+    return PriceList(
+        currency=file.currency,
+        reader=_price(robot.reader),
+        antennas=tuple((name, _price(entry)) for name, entry in robot.antenna.items()),
+        controllers=tuple((entry.channels, _price(entry)) for entry in robot.controller),
+        cabling=_price(robot.cabling),
+        tag=_price(tag.tag),
+        tag_laying=_price(tag.laying),
+        covering_per_m2=_price(square_metre.covering),
+        survey_per_m2=_price(square_metre.survey),
+        project=_price(file.per_project),
+    )
+
+
+def _price(entry: PriceEntry) -> Price:
+    return Price(entry.price, entry.source)
+
+
+def _checked(path: Path, key: str, build: Any) -> Any:
+    """What `build` returns; its ValueError becomes a StudyError of that file and key."""
+    try:
+        return build()
+    except StudyError:
+        raise
+    except ValueError as error:
+        raise StudyError(str(error), file=path, key=key) from None

@@ -1,0 +1,75 @@
+"""--set KEY=VALUE: change keys of a study file from the command line."""
+
+import tomllib
+from typing import Any
+
+from pydantic import BaseModel
+
+from rfiddesign.errors import StudyError
+from rfiddesign.study.config import DesignSection, StudyFile
+from rfiddesign.study.toml_file import record_in
+
+SOURCE = "--set"
+_WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
+# A design names its density in one of two ways: setting one drops the other.
+_EXCLUSIVE = {"design.tags_per_m2": "design.pitch_mm", "design.pitch_mm": "design.tags_per_m2"}
+
+
+def settable_keys() -> dict[str, str]:
+    """Short name of every settable key to its dotted path; a path is a name of itself."""
+    paths = list(_paths(StudyFile, ()))
+    names: dict[str, list[str]] = {}
+    for path in paths:
+        names.setdefault(path.rsplit(".", 1)[-1], []).append(path)
+    short = {name: found[0] for name, found in names.items() if len(found) == 1}
+    # A variable of the space means the design at hand.
+    short |= {name: f"design.{name}" for name in DesignSection.model_fields}
+    return short | {path: path for path in paths}
+
+
+def apply_overrides(data: dict[str, Any], settings: tuple[str, ...]) -> dict[str, Any]:
+    """A copy of a study file's data with each KEY=VALUE set; StudyError for an unknown key."""
+    keys = settable_keys()
+    result = _copy(data)
+    for setting in settings:
+        name, equals, text = setting.partition("=")
+        if not equals:
+            raise StudyError(f"found {setting!r}, must be KEY=VALUE", file=SOURCE)
+        if name.strip() not in keys:
+            names = ", ".join(sorted(key for key in keys if "." not in key))
+            raise StudyError(f"unknown key; allowed: {names}, or a dotted path", file=SOURCE, key=name.strip())
+        path = keys[name.strip()]
+        _assign(result, path, parse_value(text.strip()))
+        if path in _EXCLUSIVE:
+            result.get("design", {}).pop(_EXCLUSIVE[path].split(".")[1], None)
+    return result
+
+
+def parse_value(text: str) -> Any:
+    """A TOML value, a word for true or false, or else the text itself."""
+    if text.lower() in _WORDS:
+        return _WORDS[text.lower()]
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _paths(model: type[BaseModel], prefix: tuple[str, ...]):
+    for name, field in model.model_fields.items():
+        inner = record_in(field.annotation)
+        if inner is None:
+            yield ".".join((*prefix, name))
+        else:
+            yield from _paths(inner, (*prefix, name))
+
+
+def _assign(data: dict[str, Any], path: str, value: Any) -> None:
+    *tables, key = path.split(".")
+    for table in tables:
+        data = data.setdefault(table, {})
+    data[key] = value
+
+
+def _copy(data: Any) -> Any:
+    return {key: _copy(value) for key, value in data.items()} if isinstance(data, dict) else data

@@ -1,0 +1,182 @@
+"""A study from question to answer: space -> screens -> search for each fleet -> one folder of results."""
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from rfiddesign import __version__
+from rfiddesign.cost import Cost, Site, cost
+from rfiddesign.design import Design
+from rfiddesign.errors import StudyError
+from rfiddesign.floor import Floor
+from rfiddesign.metrics import Requirement
+from rfiddesign.optimize import (
+    Screen,
+    SearchResult,
+    Space,
+    TestPlan,
+    Unbuildable,
+    cheapest_certified,
+    next_best,
+    screen_by_reads,
+    unbuildable,
+)
+from rfiddesign.simulation.monte_carlo import Simulator
+from rfiddesign.study.load import Study, check_tag_count, space_of
+from rfiddesign.study.outcomes import StoredOutcomes, StoredRuns
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """What of a space is to be tested, with what each design costs per fleet.
+
+    Parameters
+    ----------
+    space : the space; a design's number is its place in `space.designs()`.
+    unbuildable : pairs of layout and antenna that cannot be built.
+    screens : screens with what they removed.
+    numbers : numbers of the designs to be tested.
+    designs : those designs by number.
+    n_tags : tags of each on the floor, by number.
+    """
+
+    space: Space
+    unbuildable: tuple[Unbuildable, ...]
+    screens: tuple[Screen, ...]
+    numbers: tuple[int, ...]
+    designs: dict[int, Design]
+    n_tags: dict[int, int]
+
+    @property
+    def n_unbuildable(self) -> int:
+        """Combinations that cannot be built."""
+        return len(self.unbuildable) * len(self.space.patterns)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the search found for one size of fleet, and for each factor on the limits.
+
+    Parameters
+    ----------
+    n_robots : the fleet.
+    costs : cost of each candidate, by number.
+    search : the search at the limits; its indices point into `Candidates.numbers`.
+    fronts : the search at limits times a factor, by factor.
+    """
+
+    n_robots: int
+    costs: dict[int, Cost]
+    search: SearchResult
+    fronts: dict[float, SearchResult]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Where a study stands, for whoever shows progress."""
+
+    what: str
+    n_refuted: int = 0
+    n_racing: int = 0
+    n_remaining: int = 0
+    n_runs: int = 0
+
+
+OnStage = Callable[[Stage], None]
+
+
+def study_hash(study: Study) -> str:
+    """Hash of everything that the answer depends on: study, prices, map and version of the program."""
+    digest = hashlib.sha256()
+    parts = [__version__, study.file.model_dump_json(), repr(study.prices)]
+    for part in parts:
+        digest.update(part.encode())
+        digest.update(b"\0")
+    if study.file.floor.map is not None:
+        folder = (study.path.parent / study.file.floor.map).parent
+        for path in sorted(path for path in folder.iterdir() if path.is_file()):
+            digest.update(path.name.encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: OnStage) -> Candidates:
+    """List the space, drop what cannot be built, apply the declared screens and count tags.
+
+    Raises
+    ------
+    StudyError : if nothing is left to test, or a floor would take too many tags.
+    """
+    space = space_of(study)
+    for pattern in space.patterns:
+        check_tag_count(study, pattern, floor)
+    misfits = unbuildable(space, study.footprint)
+    pairs = {(misfit.layout_name, misfit.antenna_name) for misfit in misfits}
+    designs = space.designs()
+    built = [i for i, d in enumerate(designs) if (d.layout.name, d.antenna.name) not in pairs]
+    if not built:
+        raise StudyError(f"no design can be built: {misfits[0].reason}", file=study.path, key="space")
+    on_stage(Stage(f"screening {len(built):,} designs by what their antennas see"))
+    is_kept, screen = screen_by_reads(tuple(designs[i] for i in built), study.file.search.min_expected_reads)
+    numbers = tuple(i for i, kept in zip(built, is_kept, strict=True) if kept)
+    if not numbers:
+        raise StudyError(f"every design has {screen.rule}", file=study.path, key="search.min_expected_reads")
+    on_stage(Stage(f"laying tags for {len(space.patterns)} patterns"))
+    n_tags = dict(zip(space.patterns, simulator.n_tags(space.patterns), strict=True))
+    return Candidates(
+        space, misfits, (screen,), numbers, {i: designs[i] for i in numbers},
+        {i: n_tags[designs[i].pattern] for i in numbers},
+    )  # fmt: skip
+
+
+def test_plan(study: Study, n_designs: int) -> TestPlan:
+    """The test as the study declares it."""
+    search = study.file.search
+    return TestPlan(
+        n_designs=n_designs,
+        hold_probability=search.hold_probability,
+        fail_probability=search.fail_probability,
+        alpha_refute=search.alpha_refute,
+        alpha_certify=search.alpha_certify,
+        max_runs=search.max_runs,
+    )
+
+
+def price_design(study: Study, design: Design, n_tags: int, site: Site) -> Cost:
+    """Cost of a design on a site by the study's price list."""
+    try:
+        return cost(design, n_tags, site, study.prices)
+    except ValueError as error:
+        raise StudyError(str(error), file=study.path.parent / study.file.prices, key="per_robot.antenna") from None
+
+
+def search_fleet(study: Study, candidates: Candidates, runs: StoredRuns, site: Site, on_stage: OnStage) -> Answer:
+    """Search the cheapest certified design for one fleet: at the limits, and at tighter and looser ones."""
+    costs = {
+        number: price_design(study, design, candidates.n_tags[number], site)
+        for number, design in candidates.designs.items()
+    }
+    cents = np.array([costs[number].total_cents for number in candidates.numbers])
+    plan = test_plan(study, len(candidates.numbers))
+    searches = {}
+    for factor in (1.0, *study.file.search.limit_factors):
+        requirement = study.requirement.scaled(factor)
+        outcomes = StoredOutcomes(runs, list(candidates.numbers), requirement)
+        what = f"{site.n_robots} robots" + (f", limits x {factor:g}" if factor != 1.0 else "")
+
+        def show(progress, what=what):
+            on_stage(Stage(what, progress.n_refuted, progress.n_racing, progress.n_remaining, progress.n_runs))
+
+        search = cheapest_certified(cents, outcomes, plan, on_progress=show)
+        if factor == 1.0 and search.winner is not None and study.file.search.next_best:
+            search = next_best(search, cents, outcomes, plan, count=study.file.search.next_best, on_progress=show)
+        runs.drop_ahead()
+        searches[factor] = search
+    return Answer(site.n_robots, costs, searches.pop(1.0), searches)
+
+
+def loosest(study: Study) -> Requirement:
+    """The loosest limits that a run is held against: beyond them it may stop."""
+    return study.requirement.scaled(max([1.0, *study.file.search.limit_factors]))
