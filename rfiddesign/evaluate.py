@@ -90,7 +90,7 @@ def evaluate(
 
     Raises
     ------
-    ValueError : if `n_runs` is not from 1 to a million.
+    ValueError : if `n_runs` is not from 1 to a million, or seed or workers are out of bounds.
     """
     if not 1 <= n_runs <= MAX_RUNS:
         raise ValueError(f"runs is {n_runs!r}, must be from 1 to {MAX_RUNS:,}")

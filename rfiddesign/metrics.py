@@ -12,6 +12,8 @@ CONVERGED_HEADING_RAD = 0.2
 CONVERGED_HOLD_S = 1.0
 
 PERCENTILE = 0.95
+# More than the relative rounding error of a sum over a run's steps.
+_ROUNDING = 1.0 + 1e-9
 
 
 @dataclass(frozen=True)
@@ -138,7 +140,7 @@ def has_certainly_failed(
     """Whether a run of `n_total` steps must fail whatever comes after its errors so far.
 
     A limit on a 95th percentile is lost once more than 5 % of all scored steps exceed it, a limit on a mean once the
-    sum alone exceeds it, a limit on a maximum at once.
+    sum so far exceeds it (by more than its rounding), a limit on a maximum at once.
     """
     within = requirement.converged_within_s
     if within is not None:
@@ -151,15 +153,15 @@ def has_certainly_failed(
         kind = metric.split("_")[1]
         errors = position if metric.startswith("position") else heading
         if kind == "share":
-            is_lost = np.count_nonzero(~is_localized(position, heading)) > limit * n_scored
+            is_lost = np.count_nonzero(~is_localized(position, heading)) / n_scored > limit
         elif kind == "max":
             is_lost = bool(np.any(errors > limit))
         elif kind == "p95":
             is_lost = np.count_nonzero(errors > limit) > n_scored - int(np.ceil(PERCENTILE * n_scored))
         elif kind == "rms":
-            is_lost = float(np.sum(errors**2)) > limit**2 * n_scored
+            is_lost = float(np.sum(errors**2)) > limit**2 * n_scored * _ROUNDING
         else:
-            is_lost = float(np.sum(errors)) > limit * n_scored
+            is_lost = float(np.sum(errors)) > limit * n_scored * _ROUNDING
         if is_lost:
             return True
     return False

@@ -10,8 +10,10 @@ import numpy as np
 from numba import njit
 
 from rfiddesign.models._math_kernels import (
+    binary_angle,
     exp_32,
     sin_cos,
+    sin_cos_64,
     small_binary_angle,
 )
 from rfiddesign.models._noise_kernels import (
@@ -19,8 +21,8 @@ from rfiddesign.models._noise_kernels import (
     STREAM_PREDICT,
     STREAM_RESAMPLE,
     key_halves,
+    normal_pair,
     random_bits,
-    standard_normal,
     step_key,
     unit_uniform,
 )
@@ -28,6 +30,9 @@ from rfiddesign.models._noise_kernels import (
 _F = np.float32
 _U = np.uint32
 _LOWEST_LOG = _F(-80.0)
+_WEIGHT_UNITS = _F(16777216.0)
+# Copies of one particle that resampling writes without asking how many there are.
+BLOCK = 4
 
 
 @njit(cache=True, nogil=True)
@@ -41,21 +46,31 @@ def scatter(key, low_x, low_y, high_x, high_y, x, y, heading):
 
 
 @njit(cache=True, nogil=True)
-def predict(key, step, increment, deviations, x, y, heading):
-    """Line 3: move each particle by the odometry's increment (body frame) plus noise (eq. 1)."""
+def predict(key, step, increment, deviations, x, y, heading, scratch):
+    """Line 3: move each particle by an odometry increment (body frame) plus noise (eq. 1); `scratch`: (M,) float32."""
     low, high = key_halves(step_key(key, STREAM_PREDICT, step))
-    n = _U(x.shape[0])
-    dx, dy, dh = _F(increment[0]), _F(increment[1]), _F(increment[2])
+    n_particles = x.shape[0]
+    n = _U(n_particles)
+    dx, dy = _F(increment[0]), _F(increment[1])
+    turn = binary_angle(increment[2])
     sx, sy, sh = _F(deviations[0]), _F(deviations[1]), _F(deviations[2])
-    for m in range(x.shape[0]):
-        i = _U(m)
-        forward = _F(dx + sx * standard_normal(random_bits(low, high, i)))
-        sideways = _F(dy + sy * standard_normal(random_bits(low, high, _U(i + n))))
-        turn = _F(dh + sh * standard_normal(random_bits(low, high, _U(i + n + n))))
+    for m in range(n_particles):
+        noise_x, noise_y = normal_pair(random_bits(low, high, _U(m)), random_bits(low, high, _U(_U(m) + n)))
+        forward = _F(dx + sx * noise_x)
+        sideways = _F(dy + sy * noise_y)
         s, c = sin_cos(heading[m])
         x[m] += c * forward - s * sideways
         y[m] += s * forward + c * sideways
-        heading[m] = np.int32(heading[m] + small_binary_angle(turn))
+    # One pair of normals turns two particles.
+    half = n_particles // 2
+    for m in range(n_particles - half):
+        i = _U(_U(m) + n + n)
+        noise, other_noise = normal_pair(random_bits(low, high, i), random_bits(low, high, _U(i + n)))
+        heading[m] = np.int32(heading[m] + turn + small_binary_angle(_F(sh * noise)))
+        scratch[m] = _F(sh * other_noise)
+    for m in range(half):
+        k = n_particles - half + m
+        heading[k] = np.int32(heading[k] + turn + small_binary_angle(scratch[m]))
 
 
 @njit(cache=True, nogil=True)
@@ -103,26 +118,43 @@ def weighted_mean(x, y, sines, cosines, weights, out):
 
 
 @njit(cache=True, nogil=True)
-def resample(key, step, weights, x, y, heading, log_weights, new_x, new_y, new_heading, new_log_weights):
-    """Lines 7-10: systematic resampling, in integers so that no sum depends on its order."""
-    n = x.shape[0]
+def draw_ancestors(key, step, weights, ancestors):
+    """Lines 7-8: systematic resampling; `ancestors` (M + BLOCK,) int32 receives the particle that each draw takes.
+
+    Weights are summed as integers, so that no sum depends on its order.
+    """
+    n = weights.shape[0]
     total = np.int64(0)
     for m in range(n):
-        total += np.int64(weights[m] * _F(16777216.0))
+        total += np.int64(weights[m] * _WEIGHT_UNITS)
     low, high = key_halves(step_key(key, STREAM_RESAMPLE, step))
-    # Draw j stands at (j n_th part + offset): compare cumulative * n with j * total + offset, all in integers.
-    mark = np.int64(np.float64(unit_uniform(random_bits(low, high, _U(0)))) * total)
+    offset = np.float64(unit_uniform(random_bits(low, high, _U(0))))
+    draws_per_unit = n / np.float64(total)
     cumulative = np.int64(0)
-    j = 0
+    begin = 0
     for m in range(n):
-        cumulative += np.int64(weights[m] * _F(16777216.0)) * n
-        while j < n and mark < cumulative:
-            new_x[j] = x[m]
-            new_y[j] = y[m]
-            new_heading[j] = heading[m]
-            new_log_weights[j] = log_weights[m]
-            mark += total
-            j += 1
+        cumulative += np.int64(weights[m] * _WEIGHT_UNITS)
+        # Draw j takes the particle whose share of the n draws contains j + offset.
+        end = min(np.int64(math.ceil(cumulative * draws_per_unit - offset)), n)
+        # A block written whatever its length spares a branch per draw; what is too much is overwritten next.
+        for k in range(BLOCK):
+            ancestors[begin + k] = m
+        for k in range(begin + BLOCK, end):
+            ancestors[k] = m
+        begin = max(begin, end)
+    for k in range(begin, n):
+        ancestors[k] = n - 1
+
+
+@njit(cache=True, nogil=True)
+def take(ancestors, x, y, heading, log_weights, new_x, new_y, new_heading, new_log_weights):
+    """Lines 9-10: copy the drawn particles."""
+    for j in range(x.shape[0]):
+        m = ancestors[j]
+        new_x[j] = x[m]
+        new_y[j] = y[m]
+        new_heading[j] = heading[m]
+        new_log_weights[j] = log_weights[m]
 
 
 @njit(cache=True, nogil=True)
@@ -132,9 +164,14 @@ def reinitialize(key, step, log_alpha, tags, antennas, x, y, heading, log_weight
     `tags` (n, 2) and `antennas` (n, 2) belong to the step's reads; the reads are dealt to the particles in turn.
     Returns how many particles restarted.
     """
+    n_restarted = np.int32(0)
+    for m in range(x.shape[0]):
+        n_restarted += np.int32(log_weights[m] < log_alpha)
+    # As a rule no particle restarts, and this loop, unlike the next, is a matter of nanoseconds.
+    if n_restarted == 0:
+        return n_restarted
     low, high = key_halves(step_key(key, STREAM_INITIALIZE, step + 1))
     n_reads = tags.shape[0]
-    n_restarted = 0
     for m in range(x.shape[0]):
         if log_weights[m] < log_alpha:
             angle = np.int32(random_bits(low, high, _U(m)))
@@ -144,7 +181,6 @@ def reinitialize(key, step, log_alpha, tags, antennas, x, y, heading, log_weight
             x[m] = _F(tags[k, 0]) - (c * ax - s * ay)
             y[m] = _F(tags[k, 1]) - (s * ax + c * ay)
             heading[m] = angle
-            n_restarted += 1
     return n_restarted
 
 
@@ -156,7 +192,7 @@ def fill_sin_cos(heading, sines, cosines):
 
 
 @njit(cache=True, nogil=True)
-def update(key, step, tags, antennas, whitenings, rules, particles, headings, scratch, out):
+def update(key, step, tags, antennas, whitenings, rules, particles, headings, scratch, ancestors, out):
     """Lines 4-13 for the reads of one step; writes the estimate (x, y, heading) to `out`.
 
     Parameters
@@ -166,6 +202,7 @@ def update(key, step, tags, antennas, whitenings, rules, particles, headings, sc
     rules : (inner_radius, log_tail, log_alpha); log_alpha = -inf turns reinitialization off.
     particles, headings : (2, 2, M) float32 and (2, M) int32; slot 0 holds the belief before and after, slot 1 is spare.
     scratch : (5, M) float32: sines, cosines, log weights, weights, resampled log weights.
+    ancestors : (M + BLOCK,) int32 scratch.
     """
     x, y = particles[0, 0], particles[0, 1]
     sines, cosines, log_weights, weights = scratch[0], scratch[1], scratch[2], scratch[3]
@@ -183,31 +220,32 @@ def update(key, step, tags, antennas, whitenings, rules, particles, headings, sc
         )  # fmt: skip
     normalize(log_weights, weights)
     weighted_mean(x, y, sines, cosines, weights, out)
-    resample(
-        key, step, weights, x, y, headings[0], log_weights, particles[1, 0], particles[1, 1], headings[1], scratch[4]
-    )
+    draw_ancestors(key, step, weights, ancestors)
+    take(ancestors, x, y, headings[0], log_weights, particles[1, 0], particles[1, 1], headings[1], scratch[4])
     particles[0] = particles[1]
     headings[0] = headings[1]
     if rules[2] > -1e30:
-        reinitialize(key, step, rules[2], tags, antennas, x, y, headings[0], scratch[4])
+        reinitialize(key, step, _F(rules[2]), tags, antennas, x, y, headings[0], scratch[4])
 
 
 @njit(cache=True, nogil=True)
 def age_antennas(read_antenna, read_age, positions, increment, dt, out):
     """Where each read's antenna was, in the robot's frame at the end of the step.
 
-    A read of age tau was taken when the robot stood u tau further back (u: velocity in the robot's frame); the turn
-    within one step moves an antenna by less than a tenth of a millimetre per degree and is left out.
+    `increment` is the step's motion in the robot's frame at its begin, driven and turned at constant rates.
     """
+    s_end, c_end = sin_cos_64(increment[2])
     for k in range(read_antenna.shape[0]):
-        a = read_antenna[k]
+        x, y = positions[read_antenna[k], 0], positions[read_antenna[k], 1]
         back = read_age[k] / dt
-        out[k, 0] = positions[a, 0] - increment[0] * back
-        out[k, 1] = positions[a, 1] - increment[1] * back
+        s, c = sin_cos_64(back * increment[2])
+        behind_x, behind_y = back * increment[0], back * increment[1]
+        out[k, 0] = c * x + s * y - (c_end * behind_x + s_end * behind_y)
+        out[k, 1] = c * y - s * x - (c_end * behind_y - s_end * behind_x)
 
 
 @njit(cache=True, nogil=True)
-def track(key, first, last, log, model, particles, headings, scratch, estimates):
+def track(key, first, last, log, model, particles, headings, scratch, ancestors, estimates):
     """Run the filter over steps first..last-1 of a recording; estimates[t + 1] is the belief after step t.
 
     Parameters
@@ -217,12 +255,14 @@ def track(key, first, last, log, model, particles, headings, scratch, estimates)
     """
     odometry, read_start, read_antenna, read_tags, read_age, dt = log
     positions, whitening, deviations, rules, is_age_compensated = model
-    n_antennas = positions.shape[0]
-    antennas = np.empty((n_antennas, 2))
-    whitenings = np.empty((n_antennas, 2, 2), np.float32)
-    ages = np.zeros(n_antennas)
+    n_most = 0
     for t in range(first, last):
-        predict(key, t, odometry[t], deviations, particles[0, 0], particles[0, 1], headings[0])
+        n_most = max(n_most, read_start[t + 1] - read_start[t])
+    antennas = np.empty((n_most, 2))
+    whitenings = np.empty((n_most, 2, 2), np.float32)
+    ages = np.zeros(n_most)
+    for t in range(first, last):
+        predict(key, t, odometry[t], deviations, particles[0, 0], particles[0, 1], headings[0], scratch[0])
         a, b = read_start[t], read_start[t + 1]
         n = b - a
         if is_age_compensated:
@@ -231,5 +271,15 @@ def track(key, first, last, log, model, particles, headings, scratch, estimates)
         for k in range(n):
             whitenings[k] = whitening[read_antenna[a + k]]
         update(
-            key, t, read_tags[a:b], antennas[:n], whitenings[:n], rules, particles, headings, scratch, estimates[t + 1]
+            key,
+            t,
+            read_tags[a:b],
+            antennas[:n],
+            whitenings[:n],
+            rules,
+            particles,
+            headings,
+            scratch,
+            ancestors,
+            estimates[t + 1],
         )

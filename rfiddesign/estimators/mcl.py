@@ -15,6 +15,8 @@ from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.models.recording import Recording
 
 MAX_PARTICLES = 1_000_000
+# The compiled noise of a step's turn must stay below half a turn, at 5.8 sigma.
+_MAX_TURN_DEVIATION = 0.5
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Mcl:
     is_age_compensated: bool = True
 
     def __post_init__(self) -> None:
-        if not 2 <= self.n_particles <= MAX_PARTICLES:
+        if not isinstance(self.n_particles, int) or not 2 <= self.n_particles <= MAX_PARTICLES:
             raise ValueError(f"n_particles is {self.n_particles!r}, must be from 2 to {MAX_PARTICLES:,}")
         require_finite("alpha", self.alpha, low=0.0, high=1.0, is_low_open=True)
 
@@ -94,7 +96,14 @@ class Estimate:
 
 
 def build(settings: Mcl, layout: ReaderLayout, area: DetectionArea, dt_s: float) -> MclModel:
-    """Make the filter ready for a robot with `layout`, whose antennas see `area` and are heard every `dt_s` seconds."""
+    """Make the filter ready for a robot with `layout`, whose antennas see `area` and are heard every `dt_s` seconds.
+
+    Raises
+    ------
+    ValueError : if the motion's noise turns the robot by more than 0.5 rad (one sigma) within a step.
+    """
+    deviations = np.array(settings.motion.step_deviations(dt_s))
+    require_finite("noise_heading_rad_per_s times dt_s", float(deviations[2]), low=0.0, high=_MAX_TURN_DEVIATION)
     poses = np.asarray(layout.poses_mm, float)
     # Eq. 6 measures from the antenna's centre, which is the area's centroid for every symmetric antenna.
     centre = np.asarray(area.centroid_mm, float)
@@ -107,7 +116,7 @@ def build(settings: Mcl, layout: ReaderLayout, area: DetectionArea, dt_s: float)
         dt_s=dt_s,
         positions_mm=poses[:, :2] + offset,
         whitening=settings.likelihood.whitening(area, poses[:, 2]).astype(np.float32),
-        deviations=np.array(settings.motion.step_deviations(dt_s)),
+        deviations=deviations,
         rules=rules,
     )
 
@@ -133,7 +142,7 @@ def predict(model: MclModel, state: MclState, increment: np.ndarray) -> MclState
     state = _copy(state)
     kernels.predict(
         state.key, state.step, np.asarray(increment, float), model.deviations,
-        state.particles[0, 0], state.particles[0, 1], state.headings[0],
+        state.particles[0, 0], state.particles[0, 1], state.headings[0], _scratch(model.settings.n_particles)[0][0],
     )  # fmt: skip
     return state
 
@@ -148,11 +157,10 @@ def update(model: MclModel, state: MclState, antenna: np.ndarray, tag_mm: np.nda
     """
     state = _copy(state)
     antenna = np.asarray(antenna, np.int64)
-    scratch = np.empty((5, model.settings.n_particles), np.float32)
     tags = np.asarray(tag_mm, float).reshape(-1, 2)
     kernels.update(
         state.key, state.step, tags, model.positions_mm[antenna], model.whitening[antenna], model.rules,
-        state.particles, state.headings, scratch, state.pose,
+        state.particles, state.headings, *_scratch(model.settings.n_particles), state.pose,
     )  # fmt: skip
     return replace(state, step=state.step + 1)
 
@@ -170,16 +178,31 @@ def track(model: MclModel, state: MclState, recording: Recording, last: int, pos
     """Run the filter over a recording from its state's step up to step `last`, in compiled code.
 
     `poses` (n_steps + 1, 3) receives the estimate after each step, [mm, mm, rad].
+
+    Raises
+    ------
+    ValueError : if `last` is not a step of the recording, `poses` is too short, or an antenna is not on the robot.
     """
+    n_antennas = len(model.positions_mm)
+    if not state.step <= last <= recording.n_steps:
+        raise ValueError(f"last is {last!r}, must be from {state.step} to {recording.n_steps}, the recording's end")
+    if poses.shape[0] <= last:
+        raise ValueError(f"poses has {poses.shape[0]} rows, must have more than {last}")
+    if recording.read_antenna.max(initial=-1) >= n_antennas or recording.read_antenna.min(initial=0) < 0:
+        raise ValueError(f"read_antenna has an index outside 0 to {n_antennas - 1}, the robot's antennas")
     state = _copy(state)
     log = (
         recording.odometry, recording.read_start, recording.read_antenna, recording.read_tag_mm,
         recording.read_age_s, recording.dt_s,
     )  # fmt: skip
     settings = (model.positions_mm, model.whitening, model.deviations, model.rules, model.settings.is_age_compensated)
-    scratch = np.empty((5, model.settings.n_particles), np.float32)
-    kernels.track(state.key, state.step, last, log, settings, state.particles, state.headings, scratch, poses)
+    scratch = _scratch(model.settings.n_particles)
+    kernels.track(state.key, state.step, last, log, settings, state.particles, state.headings, *scratch, poses)
     return replace(state, step=last, pose=poses[last].copy())
+
+
+def _scratch(n_particles: int) -> tuple[np.ndarray, np.ndarray]:
+    return np.empty((5, n_particles), np.float32), np.empty(n_particles + kernels.BLOCK, np.int32)
 
 
 def _copy(state: MclState) -> MclState:

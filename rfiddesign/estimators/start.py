@@ -2,6 +2,11 @@
 
 from dataclasses import dataclass
 
+from rfiddesign.errors import require_finite
+from rfiddesign.floor.plan import MAX_EXTENT_MM
+
+_MAX_HEADING = 1e5
+
 
 @dataclass(frozen=True)
 class KnownStart:
@@ -9,12 +14,24 @@ class KnownStart:
 
     pose: tuple[float, float, float]
 
+    def __post_init__(self) -> None:
+        for name, value, most in zip(
+            ("x", "y", "heading"), self.pose, (MAX_EXTENT_MM, MAX_EXTENT_MM, _MAX_HEADING), strict=True
+        ):
+            require_finite(f"start pose, {name}", value, low=-most, high=most)
+
 
 @dataclass(frozen=True)
 class UnknownStart:
     """The robot is somewhere in this box, (low_x, low_y, high_x, high_y) [mm], with any heading."""
 
     bounds_mm: tuple[float, float, float, float]
+
+    def __post_init__(self) -> None:
+        low_x, low_y, high_x, high_y = self.bounds_mm
+        for axis, low, high in (("x", low_x, high_x), ("y", low_y, high_y)):
+            require_finite(f"start bounds, low {axis}", low, low=-MAX_EXTENT_MM, high=MAX_EXTENT_MM)
+            require_finite(f"start bounds, high {axis}", high, low=low, high=MAX_EXTENT_MM)
 
 
 Start = KnownStart | UnknownStart

@@ -12,6 +12,8 @@ def _number(argument: str, value: object, allowed: str) -> float:
         number = float(value)
     except (TypeError, ValueError):
         raise ValueError(f"{argument} = {value!r}: must be {allowed}") from None
+    except OverflowError:
+        raise ValueError(f"{argument}: has more digits than any float, must be {allowed}") from None
     if not math.isfinite(number):
         raise ValueError(f"{argument} = {value!r}: must be {allowed}")
     return number

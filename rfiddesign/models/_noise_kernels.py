@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numba import njit
 
-from rfiddesign.models._math_kernels import log_32
+from rfiddesign.models._math_kernels import log_32, sin_cos
 
 # One stream per use, so that a change in how often one is drawn leaves the others alone.
 STREAM_ODOMETRY = 1
@@ -49,14 +49,12 @@ def step_key(key, stream, step):
 @njit(inline="always", cache=True, nogil=True)
 def random_bits(key_low, key_high, index):
     """32 random bits for draw `index` of a step's stream, whose key is given as its two halves."""
-    h = _U(_U(index) * _U(0x9E3779B9) + key_low)
+    h = _U(_U(index) + key_low)
     h = _U(h ^ (h >> _U(16)))
     h = _U(h * _U(0x7FEB352D))
     h = _U(h ^ (h >> _U(15)) ^ key_high)
     h = _U(h * _U(0x846CA68B))
-    h = _U(h ^ (h >> _U(16)))
-    h = _U(h * _U(0x9E3779B1))
-    return _U(h ^ (h >> _U(15)))
+    return _U(h ^ (h >> _U(16)))
 
 
 @njit(inline="always", cache=True, nogil=True)
@@ -67,8 +65,8 @@ def key_halves(key):
 
 @njit(inline="always", cache=True, nogil=True)
 def unit_uniform(bits):
-    """Uniform float32 strictly inside (0, 1) with 24 bits."""
-    return _F(_F(np.int32(bits >> _U(8))) + _F(0.5)) * _F(5.9604645e-08)
+    """Uniform float32 strictly inside (0, 1): odd multiples of 2^-24, which float32 holds exactly up to the last."""
+    return _F(_F(np.int32(bits >> _U(9))) + _F(0.5)) * _F(1.1920929e-07)
 
 
 @njit(inline="always", cache=True, nogil=True)
@@ -97,6 +95,14 @@ def standard_normal(bits):
     q = _F(q * b + _F(1.00167406))
     q = _F(q * b + _F(2.83297682))
     return _F((p if w < _F(5.0) else q) * x * _F(1.4142135))
+
+
+@njit(inline="always", cache=True, nogil=True)
+def normal_pair(bits, more_bits):
+    """Two independent standard normals (float32, to 5.7 sigma) by Box and Muller: half the work of two inversions."""
+    radius = _F(math.sqrt(max(_F(-2.0) * log_32(unit_uniform(bits)), _F(0.0))))
+    sine, cosine = sin_cos(np.int32(more_bits))
+    return _F(radius * cosine), _F(radius * sine)
 
 
 @njit(cache=True, nogil=True)

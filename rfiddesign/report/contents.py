@@ -82,9 +82,7 @@ def read_contents(folder: Path) -> Contents:
     result = read_record(folder / RESULT, StudyResult)
     _check_references(result, folder / RESULT)
     traces = read_record(folder / TRACES, Traces).traces if (folder / TRACES).exists() else []
-    answers = tuple(
-        _read_answer(folder, record, traces, is_first=i == 0) for i, record in enumerate(result.answers)
-    )
+    answers = tuple(_read_answer(folder, record, traces, is_first=i == 0) for i, record in enumerate(result.answers))
     is_any_won = any(answer.chosen is not None for answer in answers)
     return Contents(folder, result, read_plan(folder / PLAN) if is_any_won else None, answers)
 

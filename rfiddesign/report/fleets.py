@@ -3,7 +3,7 @@
 from decimal import Decimal
 
 from rfiddesign.report.contents import Answer, Contents
-from rfiddesign.report.words import count, money
+from rfiddesign.report.words import count, joined, money
 
 
 def fleet_sentences(contents: Contents) -> tuple[str, ...]:
@@ -45,7 +45,8 @@ def _exchange_rate(contents: Contents, answer: Answer) -> str:
     if reader <= 0 or density <= 0:
         return f"{words}."
     rate = reader / density
-    return f"{words}: a reader is worth {rate:.2g} tags per m²."
+    worth = f"{rate:.0f}" if rate >= 10 else f"{rate:.2g}"
+    return f"{words}: a reader on each robot costs as much as {worth} tags on each m²."
 
 
 def _difference(contents: Contents, few: Answer, many: Answer) -> str:
@@ -54,16 +55,13 @@ def _difference(contents: Contents, few: Answer, many: Answer) -> str:
         return "Both fleets get the same design."
     changes = []
     if a.n_readers != b.n_readers:
-        changes.append(f"{count(b.n_readers, 'reader')} instead of {a.n_readers:,}")
+        changes.append(f"{count(b.n_readers, 'reader')} each instead of {a.n_readers:,}")
+    if a.layout != b.layout and not changes:
+        changes.append(f"the layout {b.layout} instead of {a.layout}")
     if a.antenna != b.antenna:
         changes.append(f"{b.antenna} mm antennas instead of {a.antenna} mm")
     if a.pattern != b.pattern:
-        changes.append(f"a {b.pattern} pattern instead of {a.pattern}")
+        changes.append(f"a {b.pattern} pattern instead of a {a.pattern} one")
     if a.tags_per_m2 != b.tags_per_m2:
         changes.append(f"{b.tags_per_m2:g} tags per m² instead of {a.tags_per_m2:g}")
-    if not changes:
-        changes.append(f"the layout {b.layout} instead of {a.layout}")
-    return (
-        f"So the larger fleet of {count(many.record.n_robots, 'robot')} gets {', '.join(changes)} of the fleet of"
-        f" {few.record.n_robots:,}."
-    )
+    return f"So {count(many.record.n_robots, 'robot')} get {joined(changes)} for {count(few.record.n_robots, 'robot')}."

@@ -20,7 +20,7 @@ AREA_NAMES = {
     "occupied": "occupied from probability",
     "free": "free below probability",
     "unknown_half_width_grey": "width of the unknown grey ±",
-    "speck_pixels": "specks dropped up to pixels",
+    "speck_pixels": "specks dropped, pixels up to",
     "footprint_radius_mm": "footprint radius [mm]",
 }
 
@@ -76,7 +76,7 @@ def cost_table(answer: AnswerRecord) -> Table:
     """What an answer buys, line by line."""
     rows = tuple(
         (
-            line.item, f"{grouped(line.quantity)} {unit_of(line)}", _price(line.unit_price, answer.currency),
+            line.item, quantity_words(line), _price(line.unit_price, answer.currency),
             money(line.amount_cents, answer.currency), line.source,
         )
         for line in answer.cost_lines
@@ -85,9 +85,10 @@ def cost_table(answer: AnswerRecord) -> Table:
     return Table(("Item", "Quantity", "Unit price", "Amount", "Source"), rows, (1, 2, 3), ("Total", "", "", total, ""))
 
 
-def unit_of(line: CostLineRecord) -> str:
-    """The unit of a line as it is read beside a number."""
-    return {"piece": "pcs", "m2": "m²"}.get(line.unit, line.unit)
+def quantity_words(line: CostLineRecord) -> str:
+    """The quantity of a line with its unit, as "12,600 pcs"; a single piece is just 1."""
+    unit = {"piece": "" if Decimal(line.quantity) == 1 else "pcs", "m2": "m²"}.get(line.unit, line.unit)
+    return f"{grouped(line.quantity)} {unit}".rstrip()
 
 
 def group_totals(answer: AnswerRecord) -> dict[str, int]:
@@ -101,7 +102,9 @@ def group_totals(answer: AnswerRecord) -> dict[str, int]:
 def comparison_table(contents: Contents) -> Table:
     """The answers side by side, one column per fleet."""
     answers = contents.answers
-    rows = [("Price", *(_winner_cell(a, lambda a: money(a.record.winner.cost_cents, a.record.currency)) for a in answers))]
+    rows = [
+        ("Price", *(_winner_cell(a, lambda a: money(a.record.winner.cost_cents, a.record.currency)) for a in answers))
+    ]
     rows.append(("Price per robot", *(_winner_cell(a, _price_per_robot) for a in answers)))
     designs = {
         "Readers per robot": lambda d: f"{d.n_readers}",
@@ -114,7 +117,9 @@ def comparison_table(contents: Contents) -> Table:
     for name, value in designs.items():
         rows.append((name, *(_winner_cell(a, lambda a, v=value: v(contents.design(a.record.winner))) for a in answers)))
     for group in dict.fromkeys(group for answer in answers for group in group_totals(answer.record)):
-        rows.append((f"Cost {group.replace('m2', 'm²')}", *(_winner_cell(a, lambda a, g=group: _share(a, g)) for a in answers)))
+        rows.append(
+            (f"Cost {group.replace('m2', 'm²')}", *(_winner_cell(a, lambda a, g=group: _share(a, g)) for a in answers))
+        )
     rows.append(("Drives passed", *(_winner_cell(a, lambda a: passed(a.record.winner)) for a in answers)))
     headers = ("", *(count(answer.record.n_robots, "robot") for answer in answers))
     return Table(headers, tuple(rows), tuple(range(1, len(headers))))
@@ -152,38 +157,41 @@ def error_words(contents: Contents, decision: DecisionRecord, metric: str) -> st
 
 
 def front_table(result: StudyResult) -> Table:
-    """The cheapest certified price by limit, one column per fleet."""
+    """The cheapest price by limit, one column per fleet."""
     factors = sorted({1.0} | {front.factor for answer in result.answers for front in answer.fronts})
     rows = []
     for factor in factors:
-        cells = []
-        for answer in result.answers:
-            decision, claim = front_decision(answer, factor)
-            price = "none" if decision is None else money(decision.cost_cents, answer.currency)
-            note = "" if claim in ("cheapest", "") else f" ({claim.replace('certified, ', '')})"
-            cells.append(price + note)
+        cells = [front_words(answer, front_decision(answer, factor)) for answer in result.answers]
         limits = ", ".join(metric_value(limit.metric, limit.limit * factor) for limit in result.requirement.limits)
         rows.append((f"× {factor:g}", limits, *cells))
     headers = ("Limits", "that is", *(count(answer.n_robots, "robot") for answer in result.answers))
     return Table(headers, tuple(rows), tuple(range(2, len(headers))))
 
 
-def front_decision(answer: AnswerRecord, factor: float) -> tuple[DecisionRecord | None, str]:
-    """The cheapest certified design and the claim at limits times a factor; the answer itself at 1."""
-    for front in answer.fronts:
-        if front.factor == factor:
-            return front.decision, front.claim
-    return (answer.winner, answer.claim) if factor == 1.0 else (None, "not searched")
+def front_decision(answer: AnswerRecord, factor: float) -> DecisionRecord | None:
+    """The cheapest design at limits times a factor, certified or estimated from the runs made; the answer itself at 1."""
+    if factor == 1.0:
+        return answer.winner
+    return next((front.decision for front in answer.fronts if front.factor == factor), None)
+
+
+def front_words(answer: AnswerRecord, decision: DecisionRecord | None) -> str:
+    """A price at other limits; what is not certified says so, with the drives passed."""
+    if decision is None:
+        return "none among those tested"
+    price = money(decision.cost_cents, answer.currency)
+    return price if decision.verdict == "certified" else f"{price} (estimate: {passed(decision)})"
 
 
 def area_table(result: StudyResult) -> Table:
     """How the floor's area moves with the thresholds of its map."""
     floor = result.floor
     rows = []
+    chosen_m2 = next((row.area_m2 for row in floor.sensitivity if row.name == "chosen"), floor.area_m2)
     for row in floor.sensitivity:
         name = AREA_NAMES.get(row.name, row.name.replace("_", " "))
         name = name if row.value is None else f"{name} {row.value:g}"
-        change = row.area_m2 / floor.area_m2 - 1
+        change = row.area_m2 / chosen_m2 - 1
         rows.append((name, f"{row.area_m2:,.0f} m²", f"{100 * change:+.1f} %", f"{row.navigable_m2:,.0f} m²"))
     return Table(("If the map is read with", "Area to tag", "Change", "Robot's centre"), tuple(rows), (1, 2, 3))
 
@@ -231,7 +239,9 @@ def passed(decision: DecisionRecord) -> str:
 
 
 def _kind_of(reason: str) -> str:
-    kinds = [kind for word, kind in (("overlap", "overlap"), ("sticks out", "stick out of the robot")) if word in reason]
+    kinds = [
+        kind for word, kind in (("overlap", "overlap"), ("sticks out", "stick out of the robot")) if word in reason
+    ]
     return f"antennas {' and '.join(kinds)}" if kinds else reason
 
 

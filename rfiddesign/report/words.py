@@ -32,7 +32,7 @@ def grouped(text: str) -> str:
     """An exact decimal with thousands separators, without trailing zeros after the point."""
     number = Decimal(text)
     if number == number.to_integral_value():
-        return f"{number.to_integral_value():,}"
+        return f"{number.to_integral_value():,f}"
     return f"{number.normalize():,f}"
 
 
@@ -73,16 +73,21 @@ def metric_value(metric: str, value: float) -> str:
 
 
 def limit_words(limit: Limit) -> str:
-    """A limit in words, as "95th percentile of the position error at most 20 mm"."""
-    return f"{metric_name(limit.metric)} at most {metric_value(limit.metric, limit.limit)}"
+    """A limit in words, as "the position error is at most 20 mm (95th percentile)"."""
+    value = metric_value(limit.metric, limit.limit)
+    if limit.metric == "lost_share":
+        return f"it is lost for at most {value} of the time"
+    quantity, _, rest = limit.metric.partition("_")
+    statistic = STATISTICS.get(rest.partition("_")[0])
+    return f"the {quantity} error is at most {value}" + (f" ({statistic})" if statistic else "")
 
 
 def requirement_words(requirement: RequirementRecord) -> str:
     """What a drive must keep to pass, as one sentence."""
     parts = [limit_words(limit) for limit in requirement.limits]
     if requirement.converged_within_s is not None:
-        parts.append(f"localized within {requirement.converged_within_s:g} s")
-    return f"A drive passes with {joined(parts)}."
+        parts.append(f"the robot is localized within {requirement.converged_within_s:g} s")
+    return f"A drive passes if {joined(parts)}."
 
 
 def joined(parts: list[str]) -> str:

@@ -147,11 +147,13 @@ class CostLineRecord(Record):
 
 
 class FrontRecord(Record):
-    """The answer had every limit on an error been `factor` times as large."""
+    """The cheapest tested design had every limit on an error been `factor` times as large, from the runs made.
+
+    Its verdict is the test's at those limits: unless "certified", the design is an estimate.
+    """
 
     factor: float
     limits: list[Limit]
-    claim: str
     decision: DecisionRecord | None
 
 

@@ -17,6 +17,8 @@ from rfiddesign.simulation.installed import InstalledTags
 from rfiddesign.simulation.run import Trace, key_of, score, trace_run, true_poses
 from rfiddesign.simulation.scenario import Scenario
 
+# What a compiled key holds.
+MAX_SEED = 2**63 - 1
 # 2,000 runs of a minute at 50 ms are 58 MB.
 MAX_ROUTES_KEPT = 2_000
 
@@ -38,9 +40,17 @@ class Simulator:
     seed : seed of the study; run i of every design draws from (seed, i) alone.
     n_workers : threads; None: one per core.
     stop_at : a run that has certainly failed this requirement ends; None: every run is completed.
+
+    Raises
+    ------
+    ValueError : if the seed is not from 0 to 2^63 - 1 or there is not at least one worker.
     """
 
     def __init__(self, scenario: Scenario, seed: int, n_workers: int | None = None, stop_at: Requirement | None = None):
+        if not 0 <= seed <= MAX_SEED:
+            raise ValueError(f"seed is {seed!r}, must be from 0 to {MAX_SEED}")
+        if n_workers is not None and n_workers < 1:
+            raise ValueError(f"n_workers is {n_workers!r}, must be at least 1")
         self.scenario = scenario
         self.seed = seed
         self.stop_at = stop_at

@@ -20,7 +20,7 @@ def check_study(study: Study) -> dict[str, Any]:
     floor = floor_of(study)
     space = space_of(study)
     for pattern in space.patterns:
-        check_tag_count(study, pattern, floor)
+        check_tag_count(study, pattern, floor, "space.tags_per_m2")
     misfits = unbuildable(space, study.footprint)
     n_unbuildable = len(misfits) * len(space.patterns)
     if n_unbuildable == space.size:
@@ -56,8 +56,13 @@ def evaluate_study(study: Study, n_runs: int, n_workers: int | None, on_run: Cal
     """Errors of the study's design at hand over `n_runs` runs, and what it costs."""
     design = _buildable_design(study)
     floor = floor_of(study)
-    check_tag_count(study, design.pattern, floor)
+    check_tag_count(study, design.pattern, floor, "design.tags_per_m2")
     scenario = scenario_of(study, floor)
+    n_tags = len(design.pattern.lay(floor.drivable))
+    prices = {
+        str(n): price_design(study, design, n_tags, Site(n, floor.area_m2)).total_cents / 100
+        for n in study.file.fleet.robots
+    }
     try:
         evaluation = evaluate(
             design, scenario, n_runs, seed=study.file.seed, requirement=study.requirement, n_workers=n_workers,
@@ -65,11 +70,6 @@ def evaluate_study(study: Study, n_runs: int, n_workers: int | None, on_run: Cal
         )  # fmt: skip
     except ValueError as error:
         raise StudyError(str(error), file=study.path) from None
-    n_tags = len(design.pattern.lay(floor.drivable))
-    prices = {
-        str(n): price_design(study, design, n_tags, Site(n, floor.area_m2)).total_cents / 100
-        for n in study.file.fleet.robots
-    }
     return {
         "design": design.name,
         "start": scenario.start,

@@ -8,14 +8,14 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 Positive = Annotated[float, Field(gt=0, le=1e9, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=1e9, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Density = Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)]
 Pitch = Annotated[float, Field(ge=10, le=100_000, allow_inf_nan=False)]
-Name = Annotated[str, Field(min_length=1, max_length=100)]
+Name = Annotated[str, Field(max_length=100, pattern=r"^[^\x00-\x1f\x7f]+$")]
 PatternKind = Literal["square", "triangular", "random", "striped", "thinned"]
 
 
@@ -56,6 +56,12 @@ class FleetSection(Section):
     """How many robots the floor serves; one answer is searched for each."""
 
     robots: Annotated[list[Annotated[int, Field(ge=1, le=1_000_000)]], Field(min_length=1, max_length=20)] = [1]
+
+    @model_validator(mode="after")
+    def _distinct(self) -> "FleetSection":
+        if len(set(self.robots)) < len(self.robots):
+            raise ValueError(f"robots is {self.robots}, must not name a size twice")
+        return self
 
 
 class RequirementSection(Section):
@@ -162,12 +168,12 @@ class SearchSection(Section):
     fail_probability: Annotated[float, Field(gt=0, lt=1)] = Field(
         0.90, description="a certified design passes more than this share of its runs"
     )
-    alpha_refute: Annotated[float, Field(gt=0, lt=1)] = 0.025
-    alpha_certify: Annotated[float, Field(gt=0, lt=1)] = 0.025
+    alpha_refute: Annotated[float, Field(gt=0, le=0.5)] = 0.025
+    alpha_certify: Annotated[float, Field(gt=0, le=0.5)] = 0.025
     max_runs: Annotated[int, Field(ge=10, le=100_000)] = 2000
     next_best: Annotated[int, Field(ge=0, le=20)] = 1
     limit_factors: Annotated[list[Positive], Field(max_length=10)] = Field(
-        [0.5, 0.75, 1.5, 2.0], description="tighter and looser limits for which the tested designs are compared"
+        [0.5, 0.75, 1.5, 2.0], description="tighter and looser limits at which the runs made are looked at again"
     )
     min_expected_reads: NotNegative = Field(
         0.0, description="heuristic screen: designs with fewer expected reads per poll of all readers are not tried"
@@ -177,6 +183,12 @@ class SearchSection(Section):
     def _gap(self) -> "SearchSection":
         if not self.fail_probability < self.hold_probability:
             raise ValueError("fail_probability must be below hold_probability")
+        return self
+
+    @model_validator(mode="after")
+    def _distinct(self) -> "SearchSection":
+        if len({1.0, *self.limit_factors}) <= len(self.limit_factors):
+            raise ValueError(f"limit_factors is {self.limit_factors}, must not name a factor twice, nor 1")
         return self
 
 
@@ -199,10 +211,16 @@ class StudyFile(Section):
     search: SearchSection = SearchSection()
 
 
+def _exact(value: Any) -> Decimal:
+    if isinstance(value, bool) or not isinstance(value, int | Decimal):
+        raise ValueError(f"found {value!r:.60}, must be a number")
+    return Decimal(value)
+
+
 class PriceEntry(Section):
     """A price and where it comes from."""
 
-    price: Annotated[Decimal, Field(strict=False, ge=0, le=1e9, decimal_places=6)]
+    price: Annotated[Decimal, BeforeValidator(_exact), Field(ge=0, le=1e9, decimal_places=6)]
     source: Annotated[str, Field(min_length=1, max_length=500)] = Field(description='a source, or "assumption"')
 
 

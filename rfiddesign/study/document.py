@@ -11,12 +11,12 @@ from rfiddesign.evaluate import Evaluation
 from rfiddesign.floor import AreaRow, Floor
 from rfiddesign.geometry import Aliasing, aliased_headings, blind_corridors, blind_distances, coverage
 from rfiddesign.metrics import Requirement, RunMetrics
-from rfiddesign.optimize import CLAIMS, Decision, SearchResult, TestPlan
+from rfiddesign.optimize import CLAIMS, Decision, TestPlan
 from rfiddesign.results import study_result as records
 from rfiddesign.simulation.run import Trace
 from rfiddesign.study.assumptions import assumptions
 from rfiddesign.study.load import Study
-from rfiddesign.study.pipeline import Answer, Candidates
+from rfiddesign.study.pipeline import Answer, Candidates, Front, fronts
 
 BLIND_LIMIT_MM = 500.0
 # More digits than any result has, fewer than where compilers differ.
@@ -191,9 +191,10 @@ def _limits(requirement: Requirement) -> list[records.Limit]:
 
 def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
     search, numbers = answer.search, findings.candidates.numbers
+    found = fronts(findings.study, findings.candidates, answer, findings.runs)
 
-    def decision(index: int | None, found: SearchResult = search) -> records.DecisionRecord | None:
-        return None if index is None else _decision(answer, numbers[index], found.decisions.get(index))
+    def decision(index: int | None) -> records.DecisionRecord | None:
+        return None if index is None else _decision(answer, numbers[index], search.decisions.get(index))
 
     winner = None if search.winner is None else numbers[search.winner]
     price = None if winner is None else answer.costs[winner]
@@ -209,16 +210,16 @@ def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
         undecided=[decision(index) for index in search.undecided],
         decisions=[decision(index) for index in search.order],
         n_runs_used=search.n_runs_used,
-        fronts=[
-            records.FrontRecord(
-                factor=factor,
-                limits=_limits(findings.study.requirement.scaled(factor)),
-                claim=found.claim,
-                decision=decision(found.winner, found),
-            )
-            for factor, found in sorted({1.0: search, **answer.fronts}.items())
-        ],
+        fronts=[_front(findings, answer, front) for front in found],
         coverage=None if winner is None else coverage_record(findings.candidates.designs[winner]),
+    )
+
+
+def _front(findings: Findings, answer: Answer, front: Front) -> records.FrontRecord:
+    return records.FrontRecord(
+        factor=front.factor,
+        limits=_limits(findings.study.requirement.scaled(front.factor)),
+        decision=None if front.number is None else _decision(answer, front.number, front.decision),
     )
 
 

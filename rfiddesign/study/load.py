@@ -69,27 +69,27 @@ def load_study(path: str | Path, settings: tuple[str, ...] = ()) -> Study:
     StudyError : for anything in the study file or its price list that is missing, unknown or out of bounds.
     """
     path = Path(path)
-    if path.is_dir():
-        path = path / FILE_NAME
+    try:
+        path = path / FILE_NAME if path.is_dir() else path
+    except OSError as error:
+        raise StudyError(f"cannot be read: {error.strerror}", file=path) from None
     file = validate(StudyFile, apply_overrides(read_toml(path), settings), path)
     requirement = _checked(path, "requirement", lambda: _requirement(file.requirement))
+    for factor in file.search.limit_factors:
+        _checked(path, "search.limit_factors", lambda factor=factor: requirement.scaled(factor))
     study = Study(path, file, _price_list(path.parent / file.prices), requirement)
-    names = [*file.space.layout, file.design.layout]
-    for name in names:
-        layout_of(study, name)
-    for name in [*file.space.antenna, file.design.antenna]:
-        _checked(path, "space.antenna", lambda name=name: antenna(name))
+    _check_names(study)
     return study
 
 
-def layout_of(study: Study, name: str) -> ReaderLayout:
-    """The layout of that name: the study's own, or one of the paper's."""
+def layout_of(study: Study, name: str, key: str) -> ReaderLayout:
+    """The layout of that name, which stands at `key`: the study's own, or one of the paper's."""
     own = study.file.layouts
     if name in own:
-        return _checked(study.path, f"layouts.{name}", lambda: make_layout({"name": name, **own[name]}))
+        return _own_layout(study, name)
     if name not in LAYOUTS:
         allowed = ", ".join([*own, *LAYOUTS])
-        raise StudyError(f"found {name!r}, must be one of {allowed}", file=study.path, key="layout")
+        raise StudyError(f"found {name!r}, must be one of {allowed}", file=study.path, key=key)
     return make_layout(name)
 
 
@@ -98,7 +98,7 @@ def design_of(study: Study) -> Design:
     section = study.file.design
     density = section.tags_per_m2 if section.tags_per_m2 or section.pitch_mm else 100.0
     return Design(
-        layout_of(study, section.layout),
+        layout_of(study, section.layout, "design.layout"),
         _checked(study.path, "design.antenna", lambda: antenna(section.antenna)),
         _pattern(study, section.pattern, tags_per_m2=density, pitch_mm=section.pitch_mm),
     )
@@ -111,7 +111,7 @@ def space_of(study: Study) -> Space:
         values = getattr(section, name)
         if len(set(values)) < len(values):
             raise StudyError(f"found {values}, must not name a value twice", file=study.path, key=f"space.{name}")
-    layouts = tuple(layout_of(study, name) for name in section.layout)
+    layouts = tuple(layout_of(study, name, "space.layout") for name in section.layout)
     known = antennas()
     patterns = tuple(
         _pattern(study, kind, tags_per_m2=density) for kind in section.pattern for density in section.tags_per_m2
@@ -177,16 +177,46 @@ def estimator_of(file: StudyFile) -> Mcl:
     )
 
 
-def check_tag_count(study: Study, pattern: TagPattern, floor: Floor) -> None:
-    """Raise StudyError if a floor would take more tags than memory should hold."""
+def check_tag_count(study: Study, pattern: TagPattern, floor: Floor, key: str) -> None:
+    """Raise StudyError if a floor would take more tags, of a density that stands at `key`, than memory should hold."""
     n_tags = pattern.tags_per_m2 * floor.area_m2
     if n_tags > MAX_TAGS:
         raise StudyError(
             f"{pattern.tags_per_m2:g} tags/m2 on {floor.area_m2:,.0f} m2 are {n_tags:,.0f} tags, at most {MAX_TAGS:,}"
             " are allowed",
             file=study.path,
-            key="tags_per_m2",
+            key=key,
         )
+
+
+def _check_names(study: Study) -> None:
+    """Raise StudyError for layouts and antennas that are nowhere to be found, and for antennas without a price."""
+    file = study.file
+    for name in file.layouts:
+        _own_layout(study, name)
+    for section, layouts, names in (
+        ("space", file.space.layout, file.space.antenna),
+        ("design", [file.design.layout], [file.design.antenna]),
+    ):
+        for name in layouts:
+            layout_of(study, name, f"{section}.layout")
+        for name in names:
+            _checked(study.path, f"{section}.antenna", lambda name=name: antenna(name))
+    priced = [name for name, _ in study.prices.antennas]
+    for name in file.space.antenna:
+        if name not in priced:
+            raise StudyError(
+                f"has no price for antenna {name!r} of space.antenna, only for {', '.join(priced)}",
+                file=study.path.parent / file.prices,
+                key="per_robot.antenna",
+            )
+
+
+def _own_layout(study: Study, name: str) -> ReaderLayout:
+    key, spec = f"layouts.{name}", study.file.layouts[name]
+    if "name" in spec:
+        raise StudyError(f"unknown key; the layout's name is {name!r} already", file=study.path, key=f"{key}.name")
+    return _checked(study.path, key, lambda: make_layout({**spec, "name": name}))
 
 
 def _requirement(section: RequirementSection) -> Requirement:

@@ -42,6 +42,10 @@ class StoredRuns:
         self.begin(design, n_runs)
         return [self._run(design, run) for run in range(n_runs)]
 
+    def has(self, design: int, n_runs: int) -> bool:
+        """Whether the first `n_runs` runs of a design are at hand."""
+        return all((design, run) in self._runs for run in range(n_runs))
+
     def begin(self, design: int, n_runs: int) -> None:
         """Begin to simulate what is missing of the first `n_runs` runs, without waiting for it."""
         for run in range(n_runs):
@@ -95,6 +99,8 @@ class StoredOutcomes:
         return np.array([self._requirement.is_met(run) for run in runs], bool)
 
     def prefetch(self, requests: list[tuple[int, int]]) -> None:
-        """Begin what is likely asked for next."""
+        """Begin what is likely asked for next, unless stored runs answer for now: then nobody waits."""
+        if self._runs.has(self._numbers[requests[0][0]], requests[0][1]):
+            return
         for design, n_runs in requests[: 1 + DESIGNS_AHEAD]:
             self._runs.begin(self._numbers[design], n_runs)

@@ -12,7 +12,7 @@ from rfiddesign.study.toml_file import record_in
 SOURCE = "--set"
 _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
 # A design names its density in one of two ways: setting one drops the other.
-_EXCLUSIVE = {"design.tags_per_m2": "design.pitch_mm", "design.pitch_mm": "design.tags_per_m2"}
+_EXCLUSIVE = {"design.tags_per_m2": "pitch_mm", "design.pitch_mm": "tags_per_m2"}
 
 
 def settable_keys() -> dict[str, str]:
@@ -38,10 +38,7 @@ def apply_overrides(data: dict[str, Any], settings: tuple[str, ...]) -> dict[str
         if name.strip() not in keys:
             names = ", ".join(sorted(key for key in keys if "." not in key))
             raise StudyError(f"unknown key; allowed: {names}, or a dotted path", file=SOURCE, key=name.strip())
-        path = keys[name.strip()]
-        _assign(result, path, parse_value(text.strip()))
-        if path in _EXCLUSIVE:
-            result.get("design", {}).pop(_EXCLUSIVE[path].split(".")[1], None)
+        _assign(result, keys[name.strip()], parse_value(text.strip()))
     return result
 
 
@@ -51,7 +48,7 @@ def parse_value(text: str) -> Any:
         return _WORDS[text.lower()]
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
+    except (ValueError, RecursionError):
         return text
 
 
@@ -68,6 +65,9 @@ def _assign(data: dict[str, Any], path: str, value: Any) -> None:
     *tables, key = path.split(".")
     for table in tables:
         data = data.setdefault(table, {})
+        if not isinstance(data, dict):
+            return  # the file has a value in place of a table, and its check will say so
+    data.pop(_EXCLUSIVE.get(path), None)
     data[key] = value
 
 

@@ -10,15 +10,19 @@ from rfiddesign import __version__
 from rfiddesign.cost import Cost, Site, cost
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
-from rfiddesign.floor import Floor
-from rfiddesign.metrics import Requirement
+from rfiddesign.floor import Floor, read_ros_map
+from rfiddesign.metrics import Requirement, RunMetrics
 from rfiddesign.optimize import (
+    Decision,
+    Progress,
     Screen,
     SearchResult,
     Space,
     TestPlan,
     Unbuildable,
+    boundaries,
     cheapest_certified,
+    decide,
     next_best,
     screen_by_reads,
     unbuildable,
@@ -26,6 +30,9 @@ from rfiddesign.optimize import (
 from rfiddesign.simulation.monte_carlo import Simulator
 from rfiddesign.study.load import Study, check_tag_count, space_of
 from rfiddesign.study.outcomes import StoredOutcomes, StoredRuns
+
+# Fewer runs say nothing of a share as high as those asked for.
+FRONT_RUNS = 16
 
 
 @dataclass(frozen=True)
@@ -57,20 +64,27 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Answer:
-    """What the search found for one size of fleet, and for each factor on the limits.
+    """What the search found for one size of fleet.
 
     Parameters
     ----------
     n_robots : the fleet.
     costs : cost of each candidate, by number.
-    search : the search at the limits; its indices point into `Candidates.numbers`.
-    fronts : the search at limits times a factor, by factor.
+    search : what the search found; its indices point into `Candidates.numbers`.
     """
 
     n_robots: int
     costs: dict[int, Cost]
     search: SearchResult
-    fronts: dict[float, SearchResult]
+
+
+@dataclass(frozen=True)
+class Front:
+    """The cheapest tested design (by number) at limits times `factor`, with the test's word on its runs; or none."""
+
+    factor: float
+    number: int | None
+    decision: Decision | None
 
 
 @dataclass(frozen=True)
@@ -95,10 +109,10 @@ def study_hash(study: Study) -> str:
         digest.update(part.encode())
         digest.update(b"\0")
     if study.file.floor.map is not None:
-        folder = (study.path.parent / study.file.floor.map).parent
-        for path in sorted(path for path in folder.iterdir() if path.is_file()):
-            digest.update(path.name.encode())
-            digest.update(path.read_bytes())
+        plan = read_ros_map(study.path.parent / study.file.floor.map)
+        rules = (plan.resolution_m, plan.origin_m_rad, plan.is_negated, plan.occupied_thresh, plan.free_thresh)
+        digest.update(repr((plan.grey.shape, *rules)).encode())
+        digest.update(plan.grey.tobytes())
     return digest.hexdigest()
 
 
@@ -111,7 +125,7 @@ def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: 
     """
     space = space_of(study)
     for pattern in space.patterns:
-        check_tag_count(study, pattern, floor)
+        check_tag_count(study, pattern, floor, "space.tags_per_m2")
     misfits = unbuildable(space, study.footprint)
     pairs = {(misfit.layout_name, misfit.antenna_name) for misfit in misfits}
     designs = space.designs()
@@ -153,28 +167,55 @@ def price_design(study: Study, design: Design, n_tags: int, site: Site) -> Cost:
 
 
 def search_fleet(study: Study, candidates: Candidates, runs: StoredRuns, site: Site, on_stage: OnStage) -> Answer:
-    """Search the cheapest certified design for one fleet: at the limits, and at tighter and looser ones."""
+    """Search the cheapest certified design for one fleet."""
     costs = {
         number: price_design(study, design, candidates.n_tags[number], site)
         for number, design in candidates.designs.items()
     }
     cents = np.array([costs[number].total_cents for number in candidates.numbers])
     plan = test_plan(study, len(candidates.numbers))
-    searches = {}
-    for factor in (1.0, *study.file.search.limit_factors):
+    outcomes = StoredOutcomes(runs, list(candidates.numbers), study.requirement)
+
+    def show(progress: Progress) -> None:
+        on_stage(
+            Stage(
+                f"{site.n_robots:,} robots",
+                progress.n_refuted,
+                progress.n_racing,
+                progress.n_remaining,
+                progress.n_runs,
+            )
+        )
+
+    search = cheapest_certified(cents, outcomes, plan, on_progress=show)
+    if search.winner is not None and study.file.search.next_best:
+        search = next_best(search, cents, outcomes, plan, count=study.file.search.next_best, on_progress=show)
+    runs.drop_ahead()
+    return Answer(site.n_robots, costs, search)
+
+
+def fronts(study: Study, candidates: Candidates, answer: Answer, runs: dict[int, list[RunMetrics]]) -> list[Front]:
+    """The cheapest design at tighter and looser limits, as far as the runs that were made tell.
+
+    A design counts if the test certifies it at those limits, or if at least `FRONT_RUNS` runs suggest that it passes
+    more than `fail_probability` of them; nothing is run for it.
+    """
+    table = boundaries(test_plan(study, len(candidates.numbers)))
+    rising = sorted(runs, key=lambda number: answer.costs[number].total_cents)
+    found = []
+    for factor in sorted({1.0, *study.file.search.limit_factors}):
         requirement = study.requirement.scaled(factor)
-        outcomes = StoredOutcomes(runs, list(candidates.numbers), requirement)
-        what = f"{site.n_robots} robots" + (f", limits x {factor:g}" if factor != 1.0 else "")
-
-        def show(progress, what=what):
-            on_stage(Stage(what, progress.n_refuted, progress.n_racing, progress.n_remaining, progress.n_runs))
-
-        search = cheapest_certified(cents, outcomes, plan, on_progress=show)
-        if factor == 1.0 and search.winner is not None and study.file.search.next_best:
-            search = next_best(search, cents, outcomes, plan, count=study.file.search.next_best, on_progress=show)
-        runs.drop_ahead()
-        searches[factor] = search
-    return Answer(site.n_robots, costs, searches.pop(1.0), searches)
+        best = Front(factor, None, None)
+        for number in rising:
+            passed = np.array([requirement.is_met(run) for run in runs[number]])
+            decision = decide(table, passed)
+            estimate = (passed.sum() + 1) / (passed.size + 2)
+            is_likely = passed.size >= FRONT_RUNS and estimate > study.file.search.fail_probability
+            if decision.verdict == "certified" or is_likely:
+                best = Front(factor, number, decision)
+                break
+        found.append(best)
+    return found
 
 
 def loosest(study: Study) -> Requirement:

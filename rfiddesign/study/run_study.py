@@ -133,10 +133,9 @@ def _consumed(numbers: tuple[int, ...], answers: tuple[Answer, ...], runs: Store
     """The runs that any search looked at: those begun ahead in vain are left out, for they depend on the workers."""
     n_consumed: dict[int, int] = {}
     for answer in answers:
-        for search in (answer.search, *answer.fronts.values()):
-            for index, decision in search.decisions.items():
-                number = numbers[index]
-                n_consumed[number] = max(n_consumed.get(number, 0), decision.n_runs)
+        for index, decision in answer.search.decisions.items():
+            number = numbers[index]
+            n_consumed[number] = max(n_consumed.get(number, 0), decision.n_runs)
     return {number: runs.first(number, n) for number, n in n_consumed.items() if n}
 
 

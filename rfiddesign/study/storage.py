@@ -64,6 +64,10 @@ class RunTable:
             self._connection.execute("COMMIT")
         except sqlite3.Error as error:
             raise StudyError(_in_words(error), file=self._path) from None
+        finally:
+            # Ctrl-C may come at any row, and the runs are stored once more on the way out.
+            if self._connection.in_transaction:
+                self._connection.execute("ROLLBACK")
 
 
 def _values(metrics: RunMetrics) -> tuple[float | int, ...]:

@@ -23,15 +23,18 @@ def read_toml(path: Path, number: Callable[[str], Any] = float) -> dict[str, Any
     StudyError : if there is no such file or it is not TOML.
     """
     try:
-        size = path.stat().st_size
-        if size > MAX_BYTES:
-            raise StudyError(f"has {size:,} bytes, at most {MAX_BYTES:,} are allowed", file=path)
-        return tomllib.loads(path.read_text(encoding="utf-8"), parse_float=number)
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
     except OSError as error:
         raise StudyError(f"cannot be read: {error.strerror}", file=path) from None
+    if len(content) > MAX_BYTES:
+        raise StudyError(f"is too large, at most {MAX_BYTES:,} bytes are allowed", file=path)
+    try:
+        return tomllib.loads(content.decode("utf-8"), parse_float=number)
     except UnicodeDecodeError:
         raise StudyError("is not UTF-8 text", file=path) from None
-    except tomllib.TOMLDecodeError as error:
+    # Beside its own error the parser lets through what numbers of thousands of digits and deep nesting cause.
+    except (ValueError, ArithmeticError, RecursionError) as error:
         raise StudyError(f"is not TOML: {error}", file=path) from None
 
 
@@ -85,5 +88,8 @@ def record_in(annotation: Any) -> Any:
 
 
 def _shortened(value: Any) -> str:
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:
+        text = "a number of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -5,10 +5,22 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.markers import CARETUP
 from numpy.typing import NDArray
 
-from rfiddesign.report.figures.scales import set_scale
-from rfiddesign.report.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, new_figure, no_data, styled
+from rfiddesign.report.figures.scales import LOG_FROM_RATIO, set_scale
+from rfiddesign.report.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    VERMILLION,
+    WHITE_BOX,
+    new_figure,
+    no_data,
+    styled,
+)
 from rfiddesign.report.words import metric_name
 
 #: Verdict: colour, marker, size. Drawn in this order.
@@ -19,6 +31,8 @@ LOOKS = {
 }
 #: A design belongs to the front only if at least this share of its runs was driven to the end.
 FRONT_COMPLETE_SHARE = 0.9
+#: Arrow from a mark upwards: its error is a lower bound.
+UPWARD = {"arrowstyle": "<-", "color": GREY, "lw": 0.9, "shrinkA": 0, "shrinkB": 4, "mutation_scale": 6}
 
 
 @dataclass(frozen=True)
@@ -64,37 +78,23 @@ def cost_error_figure(designs: TestedDesigns, labels: CostErrorLabels) -> Figure
     if not is_drawn.any():
         return no_data(figure, "No design was tested.")
     axes = figure.subplots()
-    is_bound = designs.complete_share < 1.0
-    for verdict, (colour, marker, size) in LOOKS.items():
-        is_verdict = is_drawn & (designs.verdict == verdict)
-        _draw_verdict(axes, designs, is_verdict & ~is_bound, (colour, marker, size), verdict)
-        if verdict == "refuted":
-            words = "refuted, drives cut short: at least this error"
-            _draw_verdict(axes, designs, is_verdict & is_bound, (colour, "^", 16.0), words)
-        else:
-            _draw_verdict(axes, designs, is_verdict & is_bound, (colour, marker, size), verdict, is_again=(is_verdict & ~is_bound).any())
-            _draw_carets(axes, designs, is_verdict & is_bound)
-    front = pareto_front(designs)
-    if front.size > 1:
-        axes.step(designs.cost[front], designs.error[front], where="post", color=BLUE, lw=1.2, zorder=2, label="front: nothing cheaper has less error")
+    for verdict in LOOKS:
+        _draw_verdict(axes, designs, is_drawn & (designs.verdict == verdict), verdict)
+    _draw_front(axes, designs)
     errors = designs.error[is_drawn]
     low, high = errors.min(), errors.max()
     if labels.limit is not None:
-        axes.axhline(labels.limit, color=BLACK, lw=1.2, ls="--", zorder=1)
         low, high = min(low, labels.limit), max(high, labels.limit)
+    if labels.winner is not None:
+        low = room_below(low, high, labels.winner[1])
     set_scale(axes.xaxis, designs.cost[is_drawn].min(), designs.cost[is_drawn].max(), is_money=True)
     set_scale(axes.yaxis, low, high * 1.15)
-    if labels.limit is not None:
-        axes.annotate(f"limit {labels.limit:g}{labels.unit}", (1, labels.limit), (-2, 3), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right", va="bottom", bbox=WHITE_BOX)
-    if labels.winner is not None:
-        _name_winner(axes, labels)
+    _draw_limit(axes, labels)
+    _name_winner(axes, labels)
     axes.set_xlabel(f"cost [{labels.currency}]")
     axes.set_ylabel(f"{metric_name(labels.metric)}\nmean over drives [{labels.unit.strip()}]")
-    figure.legend(*_unique_legend(axes), loc="outside lower left", ncols=1, handletextpad=0.4, borderaxespad=0.2)
+    figure.legend(loc="outside lower left", ncols=1, handletextpad=0.4, borderaxespad=0.2)
     return figure
-
-
-WHITE_BOX = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}
 
 
 def pareto_front(designs: TestedDesigns) -> NDArray[np.int64]:
@@ -106,36 +106,77 @@ def pareto_front(designs: TestedDesigns) -> NDArray[np.int64]:
     return order[is_better]
 
 
-def _draw_verdict(axes: Axes, designs: TestedDesigns, chosen: NDArray, look: tuple, label: str, *, is_again: bool = False) -> None:
-    if not chosen.any():
+def room_below(low: float, high: float, error: float) -> float:
+    """The low end of an error axis that leaves a quarter of it below the winner's error for its name."""
+    if high > LOG_FROM_RATIO * low:
+        return min(low, error / (high / error) ** 0.27)
+    return min(low, max(0.0, error - 0.27 * (high - error)))
+
+
+def _draw_verdict(axes: Axes, designs: TestedDesigns, chosen: NDArray[np.bool_], verdict: str) -> None:
+    """Mark designs of one verdict; refuted ones of which drives were cut short are triangles, others get an arrow."""
+    colour, marker, size = LOOKS[verdict]
+    is_bound = designs.complete_share < 1.0
+    if verdict == "refuted":
+        known, bound = chosen & ~is_bound, chosen & is_bound
+        if known.any():
+            axes.scatter(
+                designs.cost[known], designs.error[known], s=size, marker=marker, c=colour, lw=1.1, label=verdict
+            )
+        if bound.any():
+            look = {"s": 16.0, "marker": "^", "facecolors": "none", "edgecolors": colour, "linewidths": 0.8}
+            words = "refuted, drives cut short: at least this error"
+            axes.scatter(designs.cost[bound], designs.error[bound], label=words, **look)
         return
-    colour, marker, size = look
-    is_open = marker == "^"
-    axes.scatter(
-        designs.cost[chosen], designs.error[chosen], s=size, marker=marker, zorder=3,
-        c="none" if is_open else colour, edgecolors=colour if is_open else ("white" if marker != "x" else None),
-        linewidths=0.8 if is_open else (1.1 if marker == "x" else 0.5), label=None if is_again else label,
-    )  # fmt: skip
+    if chosen.any():
+        look = {"s": size, "marker": marker, "c": colour, "edgecolors": "white", "linewidths": 0.5, "zorder": 3}
+        axes.scatter(designs.cost[chosen], designs.error[chosen], label=verdict, **look)
+    for place in zip(designs.cost[chosen & is_bound], designs.error[chosen & is_bound], strict=True):
+        axes.annotate("", place, (0, 13), textcoords="offset points", zorder=4, arrowprops=UPWARD)
+    if (chosen & is_bound).any():
+        axes.plot(
+            [], [], ls="none", marker=CARETUP, color=GREY, label=f"{verdict}, some drives cut short: at least this"
+        )
 
 
-def _draw_carets(axes: Axes, designs: TestedDesigns, chosen: NDArray) -> None:
-    for cost, error in zip(designs.cost[chosen], designs.error[chosen], strict=True):
-        axes.annotate("", (cost, error), (0, 13), xycoords="data", textcoords="offset points", zorder=4,
-                      arrowprops={"arrowstyle": "<-", "color": GREY, "lw": 0.9, "shrinkA": 0, "shrinkB": 4, "mutation_scale": 6})  # fmt: skip
+def _draw_front(axes: Axes, designs: TestedDesigns) -> None:
+    front = pareto_front(designs)
+    if front.size > 1:
+        words = "front: nothing as cheap has less error"
+        axes.step(designs.cost[front], designs.error[front], where="post", color=BLUE, lw=1.2, zorder=2, label=words)
+
+
+def _draw_limit(axes: Axes, labels: CostErrorLabels) -> None:
+    """Draw the limit, named where little else is: nothing cheap has a small error."""
+    if labels.limit is None:
+        return
+    axes.axhline(labels.limit, color=BLACK, lw=1.2, ls="--", zorder=1)
+    axes.annotate(
+        f"limit {labels.limit:g}{labels.unit}",
+        (0, labels.limit),
+        (4, -3),
+        xycoords=("axes fraction", "data"),
+        textcoords="offset points",
+        va="top",
+        bbox=WHITE_BOX,
+    )
 
 
 def _name_winner(axes: Axes, labels: CostErrorLabels) -> None:
-    cost, error = labels.winner
-    axes.scatter([cost], [error], s=120, facecolors="none", edgecolors=BLACK, linewidths=1.4, zorder=5)
-    is_left = axes.transAxes.inverted().transform(axes.transData.transform((cost, error)))[0] < 0.5
+    if labels.winner is None:
+        return
+    place = labels.winner
+    axes.scatter(*place, s=120, facecolors="none", edgecolors=BLACK, linewidths=1.4, zorder=5)
+    is_left = axes.transAxes.inverted().transform(axes.transData.transform(place))[0] < 0.5
     axes.annotate(
-        labels.winner_name, (cost, error), (10 if is_left else -10, -16), textcoords="offset points", zorder=6,
-        ha="left" if is_left else "right", va="top", fontweight="bold", bbox=WHITE_BOX,
+        labels.winner_name,
+        place,
+        (10 if is_left else -10, -16),
+        textcoords="offset points",
+        ha="left" if is_left else "right",
+        va="top",
+        fontweight="bold",
+        zorder=6,
+        bbox=WHITE_BOX,
         arrowprops={"arrowstyle": "-", "color": BLACK, "lw": 0.8},
-    )  # fmt: skip
-
-
-def _unique_legend(axes: Axes) -> tuple[list, list]:
-    handles, labels = axes.get_legend_handles_labels()
-    by_label = dict(zip(labels, handles, strict=True))
-    return list(by_label.values()), list(by_label)
+    )

@@ -4,10 +4,9 @@ import io
 import re
 from pathlib import Path
 
-import matplotlib.style
 from matplotlib.figure import Figure
 
-from rfiddesign.report.figures.style import STYLE
+from rfiddesign.report.figures.style import in_style
 from rfiddesign.results.folder import replacing, write_text
 
 PNG_DPI = 200
@@ -18,7 +17,7 @@ RASTER_DPI = 200
 def svg_of(figure: Figure, name: str) -> str:
     """The figure as a complete SVG file; `name` keeps its ids apart from those of other figures."""
     buffer = io.StringIO()
-    with matplotlib.style.context(["default", {**STYLE, "svg.hashsalt": name}]):
+    with in_style(**{"svg.hashsalt": name}):
         figure.savefig(buffer, format="svg", dpi=RASTER_DPI, metadata={"Date": None, "Creator": None})
     return re.sub(r"[ \t]+$", "", buffer.getvalue(), flags=re.MULTILINE)
 
@@ -40,5 +39,5 @@ def inline_svg(svg: str, name: str, words: str) -> str:
 def write_figure(folder: Path, name: str, figure: Figure, svg: str) -> None:
     """Write a figure as name.svg and name.png."""
     write_text(folder / f"{name}.svg", svg)
-    with replacing(folder / f"{name}.png") as temporary, matplotlib.style.context(["default", STYLE]):
+    with replacing(folder / f"{name}.png") as temporary, in_style():
         figure.savefig(temporary, format="png", dpi=PNG_DPI, metadata={"Software": None})

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rfiddesign.report.figures.place import inside, window_about
 from rfiddesign.report.figures.robot import TAG, antenna_poses, draw_robot
-from rfiddesign.report.figures.style import VERMILLION, WIDTH_IN, new_figure, plain_map, styled
+from rfiddesign.report.figures.style import BLACK, WIDTH_IN, new_figure, plain_map, styled
 from rfiddesign.results.study_result import ChosenDesign
 
 #: Antennas closer than this [pt] are not all numbered.
@@ -26,10 +26,10 @@ def layout_figure(chosen: ChosenDesign, tags_mm: NDArray[np.float64]) -> Figure:
     plain_map(axes)
     poses = antenna_poses(chosen)
     reach = np.hypot(*poses[:, :2].T).max(initial=0.0) + math.hypot(*chosen.antenna_housing_mm) / 2
-    half = 1.06 * max(chosen.footprint_radius_mm, reach)
-    tags = inside(tags_mm, window_about(0.0, 0.0, half, half))
+    half = 1.16 * max(chosen.footprint_radius_mm, reach)
+    tags = inside(tags_mm, window_about(0.0, 0.0, 0.97 * half, 0.97 * half))
     if tags.size:
-        axes.scatter(*tags.T, s=16, zorder=2, label="tag", **TAG)
+        axes.scatter(*tags.T, s=16, label="tag", **TAG)
     draw_robot(axes, chosen)
     _draw_forward(axes, chosen.footprint_radius_mm)
     _draw_numbers(axes, poses, points_per_mm=0.8 * WIDTH_IN * 72 / (2 * half))
@@ -43,9 +43,12 @@ def layout_figure(chosen: ChosenDesign, tags_mm: NDArray[np.float64]) -> Figure:
 
 def _draw_forward(axes: Axes, radius: float) -> None:
     axes.annotate(
-        "", (radius, 0), (0.55 * radius, 0), zorder=6,
-        arrowprops={"arrowstyle": "-|>", "color": VERMILLION, "lw": 1.6, "shrinkA": 0, "shrinkB": 0},
-    )  # fmt: skip
+        "",
+        (1.14 * radius, 0),
+        (1.01 * radius, 0),
+        zorder=6,
+        arrowprops={"arrowstyle": "-|>", "color": BLACK, "lw": 2.4, "mutation_scale": 14, "shrinkA": 0, "shrinkB": 0},
+    )
 
 
 def _draw_numbers(axes: Axes, poses: NDArray[np.float64], points_per_mm: float) -> None:

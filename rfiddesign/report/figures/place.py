@@ -9,7 +9,7 @@ from shapely.geometry.base import BaseGeometry
 
 
 def standing_place(navigable: BaseGeometry) -> tuple[float, float]:
-    """A place (x, y) [mm] deep inside the area for the robot's centre, off round coordinates so that tags look random."""
+    """A place (x, y) [mm] deep inside the area for the robot's centre, off round coordinates."""
     largest = max(shapely.get_parts(navigable), key=lambda part: part.area)
     tolerance = max(1.0, largest.area**0.5 / 100)
     centre = shapely.get_coordinates(shapely.maximum_inscribed_circle(largest, tolerance))[0]

@@ -10,8 +10,12 @@ from shapely.geometry.base import BaseGeometry
 
 from rfiddesign.catalog import antennas
 from rfiddesign.geometry import DetectionArea, Rectangle, transform_points
-from rfiddesign.report.figures.style import BLACK, GREY, ORANGE, SKY
+from rfiddesign.report.figures.style import BLACK, GREY, SKY, VERMILLION
 from rfiddesign.results.study_result import ChosenDesign
+
+HOUSING = {"facecolor": "none", "edgecolor": GREY, "linewidth": 0.9, "zorder": 5}
+AREA = {"facecolor": SKY + "90", "edgecolor": "none", "zorder": 3}
+TAG = {"marker": "s", "color": VERMILLION, "linewidths": 0, "zorder": 4}
 
 
 def detection_area(chosen: ChosenDesign) -> DetectionArea:
@@ -36,23 +40,23 @@ def geometry_path(geometry: BaseGeometry) -> Path:
     return Path(np.concatenate(points), codes)
 
 
-def draw_robot(axes: Axes, chosen: ChosenDesign, x: float = 0.0, y: float = 0.0, *, is_labelled: bool = True) -> None:
-    """Draw footprint, detection areas and housings of a robot at x, y [mm], heading along x."""
-    poses = antenna_poses(chosen)
+def draw_robot(
+    axes: Axes, chosen: ChosenDesign, place: tuple[float, float] = (0.0, 0.0), *, scale: float = 1.0
+) -> None:
+    """Draw footprint, detection areas and housings of a robot that heads along x.
+
+    Parameters
+    ----------
+    place : where the robot stands, in the axes' unit.
+    scale : the axes' unit per mm, 1e-3 for axes in metres.
+    """
     area = geometry_path(detection_area(chosen).outline())
     length, width = chosen.antenna_housing_mm
     housing = geometry_path(shapely.box(-length / 2, -width / 2, length / 2, width / 2))
     axes.add_patch(
-        Circle((x, y), chosen.footprint_radius_mm, fc="none", ec=BLACK, lw=1.3, zorder=4,
-               label="robot" if is_labelled else None)
-    )  # fmt: skip
-    for i, pose in enumerate(poses):
-        for path, look in ((housing, HOUSING), (area, AREA)):
-            placed = Path(transform_points(pose, path.vertices) + (x, y), path.codes)
-            label = look["label"] if is_labelled and i == 0 else None
-            axes.add_patch(PathPatch(placed, **{**look, "label": label}))
-
-
-HOUSING = {"fc": "none", "ec": GREY, "lw": 0.9, "zorder": 5, "label": "antenna housing"}
-AREA = {"fc": (*(int(SKY[i : i + 2], 16) / 255 for i in (1, 3, 5)), 0.55), "ec": "none", "zorder": 3, "label": "detection area"}
-TAG = {"marker": "s", "color": ORANGE, "edgecolors": BLACK, "linewidths": 0.4}
+        Circle(place, chosen.footprint_radius_mm * scale, fc="none", ec=BLACK, lw=1.3, zorder=4, label="robot")
+    )
+    for i, pose in enumerate(antenna_poses(chosen)):
+        for path, look, label in ((housing, HOUSING, "antenna housing"), (area, AREA, "detection area")):
+            placed = Path(transform_points(pose, path.vertices) * scale + place, path.codes)
+            axes.add_patch(PathPatch(placed, **look, label=label if i == 0 else None))

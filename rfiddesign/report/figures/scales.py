@@ -32,10 +32,16 @@ def set_scale(axis: Axis, low: float, high: float, *, is_money: bool = False) ->
 
 
 def log_ticks(low: float, high: float) -> list[float]:
-    """Round values from low to high [> 0]: the finest of a few series that gives at most six, at least two if it can."""
+    """Round values from low to high [> 0]: the finest of a few series that gives at most six."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     best: list[float] = []
-    for steps in ((1,), (1, 3), (1, 2, 5), (1, 1.5, 2, 3, 5, 7), (1, 1.2, 1.4, 1.6, 1.8, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8, 9)):
+    for steps in (
+        (1,),
+        (1, 3),
+        (1, 2, 5),
+        (1, 1.5, 2, 3, 5, 7),
+        (1, 1.2, 1.4, 1.6, 1.8, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8, 9),
+    ):
         ticks = [step * 10.0**decade for decade in decades for step in steps if low <= step * 10.0**decade <= high]
         if len(ticks) > MAX_TICKS and len(best) >= 2:
             return best

@@ -1,6 +1,7 @@
-"""How every figure looks: one width, one palette that colour-blind readers can tell apart, one font on every machine."""
+"""How every figure looks: one width, one font on every machine, a palette that colour-blind readers can tell apart."""
 
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from functools import wraps
 from typing import ParamSpec
 
@@ -13,9 +14,18 @@ WIDTH_IN = 4.1
 
 # Okabe and Ito's palette.
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILLION, PURPLE = (
-    "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7",
-)  # fmt: skip
-GREY, PALE, FLOOR = "#6b7280", "#d5d9e0", "#eceff3"
+    "#000000",
+    "#E69F00",
+    "#56B4E9",
+    "#009E73",
+    "#F0E442",
+    "#0072B2",
+    "#D55E00",
+    "#CC79A7",
+)
+GREY, FLOOR = "#6b7280", "#eceff3"
+#: Keeps words readable over lines and marks.
+WHITE_BOX = {"boxstyle": "square,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.8}
 
 #: Colours of lines in one plot, in this order.
 CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
@@ -50,17 +60,25 @@ STYLE = {
     "svg.fonttype": "path",
     "image.interpolation": "nearest",
     "path.simplify": True,
+    "hatch.linewidth": 0.6,
+    "text.parse_math": False,  # names of layouts may hold a dollar sign
 }
+
+
+def in_style(**settings: str) -> AbstractContextManager[None]:
+    """Draw or save in this style, whatever the machine's settings are; ticks are made when a figure is saved."""
+    return matplotlib.style.context(["default", {**STYLE, **settings}])
+
 
 Arguments = ParamSpec("Arguments")
 
 
 def styled(draw: Callable[Arguments, Figure]) -> Callable[Arguments, Figure]:
-    """Draw a figure in this style, whatever the machine's own settings are."""
+    """Make a function draw its figure in this style."""
 
     @wraps(draw)
     def drawn(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Figure:
-        with matplotlib.style.context(["default", STYLE]):
+        with in_style():
             return draw(*args, **kwargs)
 
     return drawn

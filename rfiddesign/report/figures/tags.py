@@ -10,11 +10,13 @@ from shapely.geometry.base import BaseGeometry
 
 from rfiddesign.report.figures.place import Window, inside, window_about
 from rfiddesign.report.figures.robot import draw_robot, geometry_path
-from rfiddesign.report.figures.style import BLUE, FLOOR, GREY, ORANGE, VERMILLION, new_figure, plain_map, styled
+from rfiddesign.report.figures.style import BLACK, FLOOR, GREY, VERMILLION, new_figure, plain_map, styled
 from rfiddesign.results.study_result import ChosenDesign
 
 #: Half width and half height of the close-up [m].
 CLOSE_UP_M = (1.5, 0.95)
+#: More tags than these in the close-up are drawn as pixels.
+MAX_VECTOR_TAGS = 3000
 
 
 @styled
@@ -32,12 +34,15 @@ def tags_figure(
     _draw_floor(plan, floor_m)
     tags_m = tags_mm / 1e3
     size = float(np.clip(2500.0 / max(len(tags_m), 1), 0.02, 6.0))
-    plan.scatter(*tags_m.T, s=size, c=BLUE, linewidths=0, rasterized=True, zorder=2)
+    plan.scatter(*tags_m.T, s=size, c=VERMILLION, linewidths=0, rasterized=True, zorder=2)
     _frame(plan, window)
-    plan.set_title(f"{len(tags_m):,} tags; the red frame is the close-up below", loc="left")
+    plan.set_title(f"{len(tags_m):,} tags; the frame is the close-up below", loc="left")
     _draw_floor(close_up, floor_m)
-    close_up.scatter(*inside(tags_m, window).T, s=9, c=ORANGE, edgecolors="black", linewidths=0.3, zorder=2, rasterized=True)
-    draw_robot(close_up, _in_metres(chosen), x, y, is_labelled=False)
+    near = inside(tags_m, window)
+    size = float(np.clip(4000.0 / max(len(near), 1), 1.0, 12.0))
+    is_heavy = len(near) > MAX_VECTOR_TAGS
+    close_up.scatter(*near.T, s=size, marker="s", c=VERMILLION, linewidths=0, rasterized=is_heavy, zorder=2)
+    draw_robot(close_up, chosen, (x, y), scale=1e-3)
     close_up.set_xlim(window.x_min, window.x_max)
     close_up.set_ylim(window.y_min, window.y_max)
     close_up.set_title("close-up with a robot to scale", loc="left")
@@ -55,8 +60,4 @@ def _draw_floor(axes: Axes, floor_m: BaseGeometry) -> None:
 
 def _frame(axes: Axes, window: Window) -> None:
     width, height = window.x_max - window.x_min, window.y_max - window.y_min
-    axes.add_patch(Rectangle((window.x_min, window.y_min), width, height, fc="none", ec=VERMILLION, lw=1.6, zorder=3))
-
-
-def _in_metres(chosen: ChosenDesign) -> ChosenDesign:
-    raise NotImplementedError
+    axes.add_patch(Rectangle((window.x_min, window.y_min), width, height, fc="none", ec=BLACK, lw=1.6, zorder=3))

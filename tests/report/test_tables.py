@@ -1,0 +1,103 @@
+"""Cost tables add up to the cent and cannot run in a spreadsheet."""
+
+import csv
+from decimal import Decimal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rfiddesign.report.contents import read_contents
+from rfiddesign.report.tables import (
+    COST_HEADER,
+    FORMULA_STARTS,
+    antenna_table,
+    area_table,
+    comparison_table,
+    cost_table,
+    front_table,
+    neighbour_table,
+    plain_cell,
+    screen_table,
+    unbuildable_table,
+)
+
+
+@pytest.fixture(scope="module")
+def contents(folder):
+    return read_contents(folder)
+
+
+@pytest.mark.parametrize("place", ["cost.csv", "robots-200/cost.csv"])
+def test_cost_csv_sums_to_its_total_and_to_the_price(folder, contents, place):
+    """Each amount is quantity times unit price to the cent, and all of them make the price."""
+    with (folder / place).open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == COST_HEADER
+    *lines, total = rows
+    assert total["group"] == "total"
+    for line in lines:
+        exact = Decimal(line["quantity"]) * Decimal(line["unit_price"])
+        assert abs(exact - Decimal(line["amount"])) <= Decimal("0.005")
+    assert sum(Decimal(line["amount"]) for line in lines) == Decimal(total["amount"])
+    answer = contents.answers[0 if place == "cost.csv" else 1]
+    assert Decimal(total["amount"]) * 100 == answer.record.winner.cost_cents
+
+
+def test_a_formula_in_a_source_is_only_text(folder):
+    with (folder / "cost.csv").open(newline="", encoding="utf-8") as file:
+        sources = [row["source"] for row in csv.DictReader(file)]
+    assert "'=HYPERLINK(A1)" in sources
+    assert not any(source.startswith(FORMULA_STARTS) for source in sources)
+
+
+@given(st.text())
+def test_no_cell_of_text_begins_like_a_formula(text):
+    """Numbers may keep their sign; everything else loses nothing but gains an apostrophe where needed."""
+    cell = plain_cell(text)
+    assert cell in (text, f"'{text}")
+    if cell.startswith(FORMULA_STARTS):
+        assert Decimal(cell).is_finite()
+
+
+def test_numbers_stay_numbers():
+    assert plain_cell("-12.50") == "-12.50"
+    assert plain_cell("-12.50 EUR") == "'-12.50 EUR"
+    assert plain_cell("+Infinity") == "'+Infinity"
+
+
+def test_every_row_has_a_cell_for_every_column(contents):
+    tables = [comparison_table(contents), front_table(contents.result), area_table(contents.result)]
+    tables += [screen_table(contents.result), unbuildable_table(contents.result)]
+    for answer in contents.answers:
+        tables += [cost_table(answer.record), neighbour_table(contents, answer), antenna_table(answer)]
+    for table in tables:
+        assert table.rows
+        for row in (*table.rows, *([table.total] if table.total else [])):
+            assert len(row) == len(table.headers)
+
+
+def test_reasons_are_grouped(contents):
+    """Two antennas do not fit one layout for the same two reasons."""
+    rows = unbuildable_table(contents.result).rows
+    assert [row[:3] for row in rows] == [
+        ("antennas overlap and stick out of the robot", "60x60 mm", "1"),
+        ("antennas overlap and stick out of the robot", "80x80 mm", "1"),
+    ]
+
+
+def test_errors_of_drives_cut_short_are_lower_bounds(contents):
+    """An undecided design, some of whose drives were stopped, has at least the error that was seen."""
+    rows = neighbour_table(contents, contents.answers[1]).rows
+    errors = {row[0]: row[4] for row in rows}
+    assert errors["undecided (lower bound)"].startswith("at least ")
+    assert not errors["cheapest certified"].startswith("at least")
+
+
+def test_prices_at_other_limits_say_whether_they_are_certified(contents):
+    """The made-up fronts: nothing at half the limits, a certificate up to 1.5 times, an estimate at twice."""
+    rows = {row[0]: row[2] for row in front_table(contents.result).rows}
+    assert rows["× 0.5"] == "none among those tested"
+    assert rows["× 1"] == "EUR 20,106.80"
+    assert "estimate" not in rows["× 1.5"]
+    assert "(estimate: " in rows["× 2"]
