@@ -1,6 +1,5 @@
-"""Errors that a user's input may cause, worded alike."""
+"""The one error that a user's input may cause, worded for the user."""
 
-import math
 from pathlib import Path
 
 
@@ -19,11 +18,3 @@ class StudyError(ValueError):
         self.key = key
         self.problem = " ".join(problem.split())
         super().__init__(": ".join(part for part in (self.file, self.key, self.problem) if part))
-
-
-def require_finite(name: str, value: float, *, low: float, high: float, is_low_open: bool = False) -> None:
-    """Raise ValueError unless low <= value <= high (low < value if `is_low_open`) and value is finite."""
-    is_inside = math.isfinite(value) and value <= high and (value > low if is_low_open else value >= low)
-    if not is_inside:
-        bracket = "above" if is_low_open else "at least"
-        raise ValueError(f"{name} is {value!r}, must be {bracket} {low:g} and at most {high:g}")

@@ -4,7 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from rfiddesign.errors import require_finite
+from rfiddesign import require
 
 # A robot is localized while it is believed to be within these bounds, and has converged once it has been for this long.
 CONVERGED_POSITION_MM = 50.0
@@ -69,9 +69,9 @@ class Requirement:
         for metric, limit in self.limits:
             if metric not in LIMITED_METRICS:
                 raise ValueError(f"requirement limits {metric!r}, must be one of {', '.join(LIMITED_METRICS)}")
-            require_finite(metric, limit, low=0.0, high=1e9, is_low_open=True)
+            require.within(metric, limit, low=0.0, high=1e9, is_low_open=True)
         if self.converged_within_s is not None:
-            require_finite("converged_within_s", self.converged_within_s, low=0.0, high=1e6, is_low_open=True)
+            require.within("converged_within_s", self.converged_within_s, low=0.0, high=1e6, is_low_open=True)
 
     def scaled(self, factor: float) -> "Requirement":
         """The same requirement with every limit on an error multiplied by `factor`; the time to converge stays."""

@@ -16,6 +16,7 @@ from rfiddesign.errors import StudyError
 
 BAD_INPUT = 2
 INTERRUPTED = 130
+MAX_WORKERS = 1024
 
 app = App(
     name="rfiddesign",
@@ -46,7 +47,7 @@ def run(study: Path, *, out: Path | None = None, workers: Workers = None, seed: 
     from rfiddesign.report import write_report
     from rfiddesign.study import load_study, run_study
 
-    _check_workers(workers)
+    _check_count("--workers", workers, MAX_WORKERS)
     loaded = load_study(study, _settings(None, seed))
     folder = out or Path("results") / loaded.name
     try:
@@ -95,9 +96,11 @@ def evaluate(
     """
     from rfiddesign.cli.progress import CountDisplay
     from rfiddesign.cli.text import evaluation_lines
+    from rfiddesign.evaluate import MAX_RUNS
     from rfiddesign.study import evaluate_study, load_study
 
-    _check_workers(workers)
+    _check_count("--workers", workers, MAX_WORKERS)
+    _check_count("--runs", runs, MAX_RUNS)
     loaded = load_study(study, _settings(set_, seed))
     with CountDisplay(f"{runs:,} runs", runs) as display:
         summary = evaluate_study(loaded, runs, workers, display.show)
@@ -140,13 +143,17 @@ def report(folder: Path):
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line; bad input ends in one line on standard error and exit status 2."""
-    signal.signal(signal.SIGTERM, _interrupt)
+    # SIGINT, too: a shell starts background jobs with it ignored, and whoever sends it to one means it.
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _interrupt)
     try:
         app(arguments, exit_on_error=False, print_error=False)
     except CycloptsError as error:
         _fail(str(error))
     except StudyError as error:
         _fail(str(error))
+    except OSError as error:
+        _fail(": ".join(str(part) for part in (error.filename, error.strerror or error) if part))
     except KeyboardInterrupt:
         raise SystemExit(INTERRUPTED) from None
 
@@ -155,9 +162,9 @@ def _settings(given: list[str] | None, seed: int | None) -> tuple[str, ...]:
     return (*(given or ()), *(() if seed is None else (f"seed={seed}",)))
 
 
-def _check_workers(workers: int | None) -> None:
-    if workers is not None and not 1 <= workers <= 1024:
-        raise StudyError(f"found {workers}, must be from 1 to 1024", file="--workers")
+def _check_count(option: str, value: int | None, largest: int) -> None:
+    if value is not None and not 1 <= value <= largest:
+        raise StudyError(f"found {value}, must be from 1 to {largest:,}", file=option)
 
 
 def _interrupt(*_: object) -> None:

@@ -48,7 +48,10 @@ def check_lines(summary: dict[str, Any]) -> list[str]:
             lines.append(f"          {row['name']} = {row['value']:g}: {row['area_m2']:,.1f} m2")
     lines += [
         f"space   {space['n_combinations']:,} designs, {space['n_unbuildable']:,} cannot be built",
-        *(f"          {pair['layout']} with {pair['antenna']}: {pair['reason'].split(';')[0]}" for pair in space["unbuildable"]),
+        *(
+            f"          {pair['layout']} with {pair['antenna']}: {pair['reason'].split(';')[0]}"
+            for pair in space["unbuildable"]
+        ),
         f"fleet   {', '.join(str(n) for n in summary['fleet'])} robots",
     ]
     return lines

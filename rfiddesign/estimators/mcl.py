@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rfiddesign.errors import require_finite
+from rfiddesign import require
 from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators.start import KnownStart, Start
 from rfiddesign.geometry import DetectionArea, ReaderLayout
@@ -44,7 +44,7 @@ class Mcl:
     def __post_init__(self) -> None:
         if not isinstance(self.n_particles, int) or not 2 <= self.n_particles <= MAX_PARTICLES:
             raise ValueError(f"n_particles is {self.n_particles!r}, must be from 2 to {MAX_PARTICLES:,}")
-        require_finite("alpha", self.alpha, low=0.0, high=1.0, is_low_open=True)
+        require.within("alpha", self.alpha, low=0.0, high=1.0, is_low_open=True)
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def build(settings: Mcl, layout: ReaderLayout, area: DetectionArea, dt_s: float)
     ValueError : if the motion's noise turns the robot by more than 0.5 rad (one sigma) within a step.
     """
     deviations = np.array(settings.motion.step_deviations(dt_s))
-    require_finite("noise_heading_rad_per_s times dt_s", float(deviations[2]), low=0.0, high=_MAX_TURN_DEVIATION)
+    require.within("noise_heading_rad_per_s times dt_s", float(deviations[2]), low=0.0, high=_MAX_TURN_DEVIATION)
     poses = np.asarray(layout.poses_mm, float)
     # Eq. 6 measures from the antenna's centre, which is the area's centroid for every symmetric antenna.
     centre = np.asarray(area.centroid_mm, float)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from rfiddesign.errors import require_finite
+from rfiddesign import require
 from rfiddesign.floor.plan import MAX_EXTENT_MM
 
 _MAX_HEADING = 1e5
@@ -18,7 +18,7 @@ class KnownStart:
         for name, value, most in zip(
             ("x", "y", "heading"), self.pose, (MAX_EXTENT_MM, MAX_EXTENT_MM, _MAX_HEADING), strict=True
         ):
-            require_finite(f"start pose, {name}", value, low=-most, high=most)
+            require.within(f"start pose, {name}", value, low=-most, high=most)
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class UnknownStart:
     def __post_init__(self) -> None:
         low_x, low_y, high_x, high_y = self.bounds_mm
         for axis, low, high in (("x", low_x, high_x), ("y", low_y, high_y)):
-            require_finite(f"start bounds, low {axis}", low, low=-MAX_EXTENT_MM, high=MAX_EXTENT_MM)
-            require_finite(f"start bounds, high {axis}", high, low=low, high=MAX_EXTENT_MM)
+            require.within(f"start bounds, low {axis}", low, low=-MAX_EXTENT_MM, high=MAX_EXTENT_MM)
+            require.within(f"start bounds, high {axis}", high, low=low, high=MAX_EXTENT_MM)
 
 
 Start = KnownStart | UnknownStart

@@ -9,7 +9,8 @@ import shapely
 from shapely.geometry import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
-MM2_PER_M2 = 1e6
+from rfiddesign.units import MM2_PER_M2
+
 CORNER_SHARE = 0.22  # of the radius squared: a right-angled corner that a disc misses is 1 - pi/4 of it
 MAX_EXTENT_MM = 5e6  # beyond 5 km a float32 millimetre is worse than 0.5 mm
 

@@ -13,7 +13,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.geometry.base import BaseGeometry
 
-from rfiddesign.geometry import _require
+from rfiddesign import require
 
 #: Corners per quarter turn of a drawn circle: the chords stay within 8e-5 radii of it, its area within 1e-4.
 QUARTER_SEGMENTS = 64
@@ -63,7 +63,7 @@ class Disc:
     radius_mm: float
 
     def __post_init__(self):
-        _require.positive("radius_mm", self.radius_mm)
+        require.positive("radius_mm", self.radius_mm)
 
     @property
     def area_mm2(self) -> float:
@@ -101,9 +101,9 @@ class RoundedRectangle:
     corner_mm: float
 
     def __post_init__(self):
-        length = _require.positive("length_mm", self.length_mm)
-        width = _require.positive("width_mm", self.width_mm)
-        corner = _require.not_negative("corner_mm", self.corner_mm)
+        length = require.positive("length_mm", self.length_mm)
+        width = require.positive("width_mm", self.width_mm)
+        corner = require.not_negative("corner_mm", self.corner_mm)
         if corner > min(length, width) / 2:
             raise ValueError(
                 f"corner_mm = {corner:g}: must be at most {min(length, width) / 2:g}, half the shorter side"
@@ -162,8 +162,8 @@ class Rectangle:
     width_mm: float
 
     def __post_init__(self):
-        _require.positive("length_mm", self.length_mm)
-        _require.positive("width_mm", self.width_mm)
+        require.positive("length_mm", self.length_mm)
+        require.positive("width_mm", self.width_mm)
 
     @property
     def _rounded(self) -> RoundedRectangle:
@@ -203,8 +203,8 @@ class Ring:
     outer_mm: float
 
     def __post_init__(self):
-        inner = _require.positive("inner_mm", self.inner_mm)
-        if _require.positive("outer_mm", self.outer_mm) <= inner:
+        inner = require.positive("inner_mm", self.inner_mm)
+        if require.positive("outer_mm", self.outer_mm) <= inner:
             raise ValueError(f"outer_mm = {self.outer_mm!r}: must be above inner_mm = {inner:g}")
 
     @property
@@ -251,10 +251,10 @@ def sphere_floor_disc(radius: float, antenna_height: float, centre_depth: float,
     ------
     ValueError : if the sphere does not reach the plane of the tags.
     """
-    radius = _require.positive("radius", radius)
-    antenna_height = _require.finite("antenna_height", antenna_height)
-    centre_depth = _require.finite("centre_depth", centre_depth)
-    distance = abs(antenna_height - centre_depth - _require.finite("tag_height", tag_height))
+    radius = require.positive("radius", radius)
+    antenna_height = require.finite("antenna_height", antenna_height)
+    centre_depth = require.finite("centre_depth", centre_depth)
+    distance = abs(antenna_height - centre_depth - require.finite("tag_height", tag_height))
     if distance >= radius:
         raise ValueError(f"radius = {radius:g}: must exceed {distance:g} mm, the sphere's distance from the tags")
     return Disc(math.sqrt((radius - distance) * (radius + distance)))

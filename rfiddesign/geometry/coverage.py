@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from rfiddesign.geometry import _require
+from rfiddesign import require
 from rfiddesign.geometry._coverage_kernels import disc_levels, scanline_levels
 from rfiddesign.geometry.areas import DetectionArea, Disc
 from rfiddesign.geometry.lattice import Lattice
@@ -67,9 +67,9 @@ def coverage(
     ------
     ValueError : if `n_headings` or `k_max` is out of bounds, or a pattern without a lattice is empty.
     """
-    k_max = _require.count("k_max", k_max, at_most=1000)
+    k_max = require.count("k_max", k_max, at_most=1000)
     if n_headings is not None:
-        n_headings = _require.count("n_headings", n_headings, at_most=MAX_HEADINGS)
+        n_headings = require.count("n_headings", n_headings, at_most=MAX_HEADINGS)
     if pattern.lattice is None:
         levels, stderr = sampled_levels(layout, area, pattern, k_max)
         return _coverage(levels, "sampled", stderr)

@@ -13,7 +13,7 @@ import shapely
 import shapely.affinity
 from numpy.typing import NDArray
 
-from rfiddesign.geometry import _require
+from rfiddesign import require
 from rfiddesign.geometry._drive_kernels import lane_gaps
 from rfiddesign.geometry.areas import DetectionArea
 from rfiddesign.geometry.coverage import GOLDEN_RATIO
@@ -108,7 +108,7 @@ def blind_distances(
         headings_deg = _default_headings(robot)
     drives = []
     for heading in headings_deg:
-        direction = math.radians(_require.finite("headings_deg", heading) + robot.course_deg)
+        direction = math.radians(require.finite("headings_deg", heading) + robot.course_deg)
         row = next((row for row in robot.rows if _is_along(row, direction)), None)
         gaps, total = _gaps(robot, direction, row, horizon)
         drives.append(_heading_drive(heading, gaps, total, (limit, horizon), row is not None))
@@ -254,7 +254,7 @@ def _blind_rows(robot: Travel, limit_mm: float, horizon_mm: float, *, is_closabl
 
 
 def _bounds(limit_mm: float, horizon_mm: float) -> tuple[float, float]:
-    limit, horizon = _require.positive("limit_mm", limit_mm), _require.positive("horizon_mm", horizon_mm)
+    limit, horizon = require.positive("limit_mm", limit_mm), require.positive("horizon_mm", horizon_mm)
     if limit >= horizon:
         raise ValueError(f"limit_mm = {limit:g}: must be below horizon_mm = {horizon:g}")
     return limit, horizon

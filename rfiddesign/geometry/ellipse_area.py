@@ -7,7 +7,7 @@ import numpy as np
 import shapely.affinity
 from numpy.typing import ArrayLike, NDArray
 
-from rfiddesign.geometry import _require
+from rfiddesign import require
 from rfiddesign.geometry.areas import Disc
 
 
@@ -19,8 +19,8 @@ class Ellipse:
     semi_y_mm: float
 
     def __post_init__(self):
-        _require.positive("semi_x_mm", self.semi_x_mm)
-        _require.positive("semi_y_mm", self.semi_y_mm)
+        require.positive("semi_x_mm", self.semi_x_mm)
+        require.positive("semi_y_mm", self.semi_y_mm)
 
     @property
     def area_mm2(self) -> float:

@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.geometry.base import BaseGeometry
 
-from rfiddesign.geometry import _require
+from rfiddesign import require
 
 #: More points than this are refused before memory is taken for them.
 MAX_POINTS = 50_000_000
@@ -37,9 +37,9 @@ class Lattice:
     def __post_init__(self):
         (ax, ay), (bx, by) = self.basis_mm
         for value in (ax, ay, bx, by):
-            _require.finite("basis_mm", value)
+            require.finite("basis_mm", value)
         for value in self.origin_mm:
-            _require.finite("origin_mm", value)
+            require.finite("origin_mm", value)
         if abs(ax * by - ay * bx) <= 1e-12 * np.hypot(ax, ay) * np.hypot(bx, by):
             raise ValueError(f"basis_mm = {self.basis_mm!r}: the two vectors must not be parallel")
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rfiddesign.geometry import _require
+from rfiddesign import require
 
 #: More antennas than any robot carries; beyond it a number is a slip of the pen.
 MAX_READERS = 10_000
@@ -32,12 +32,12 @@ class ReaderLayout:
     poses: tuple[tuple[float, float, float], ...]
 
     def __post_init__(self):
-        _require.count("number of antennas", len(self.poses), at_most=MAX_READERS)
+        require.count("number of antennas", len(self.poses), at_most=MAX_READERS)
         for number, pose in enumerate(self.poses, start=1):
             if len(pose) != 3:
                 raise ValueError(f"poses, antenna {number} = {pose!r}: must be three numbers x, y, yaw")
             for part, value in zip(("x", "y", "yaw"), pose, strict=True):
-                _require.finite(f"poses, antenna {number}, {part}", value)
+                require.finite(f"poses, antenna {number}, {part}", value)
 
     @property
     def poses_mm(self) -> NDArray[np.float64]:
@@ -71,12 +71,12 @@ def cross(
     width_spacing_mm : distance between those [mm]; as `spacing_mm` unless given.
     with_centre : whether a block of width x width antennas fills the centre.
     """
-    n_arms = _require.count("arms", arms, at_most=MAX_READERS)
-    n_rows = _require.count("readers_per_arm", readers_per_arm, at_most=MAX_READERS)
-    first = _require.not_negative("first_mm", first_mm)
-    rows = first + _require.positive("spacing_mm", spacing_mm) * np.arange(n_rows)
+    n_arms = require.count("arms", arms, at_most=MAX_READERS)
+    n_rows = require.count("readers_per_arm", readers_per_arm, at_most=MAX_READERS)
+    first = require.not_negative("first_mm", first_mm)
+    rows = first + require.positive("spacing_mm", spacing_mm) * np.arange(n_rows)
     abreast = _centred("width", width, "width_spacing_mm", spacing_mm if width_spacing_mm is None else width_spacing_mm)
-    _require.count("number of antennas", n_arms * n_rows * len(abreast), at_most=MAX_READERS)
+    require.count("number of antennas", n_arms * n_rows * len(abreast), at_most=MAX_READERS)
     arm, along, across = (axis.ravel() for axis in np.meshgrid(np.arange(n_arms), rows, abreast, indexing="ij"))
     cosine, sine = np.cos(2 * math.pi * arm / n_arms), np.sin(2 * math.pi * arm / n_arms)
     x, y = cosine * along - sine * across, sine * along + cosine * across
@@ -92,10 +92,10 @@ def lattice_cross(length: int, width: int, spacing_x_mm: float, spacing_y_mm: fl
     """Lay a solid cross on one lattice: two bars of `length` x `width` antennas that share the centre."""
     along_x = _centred("length", length, "spacing_x_mm", spacing_x_mm)
     along_y = _centred("length", length, "spacing_y_mm", spacing_y_mm)
-    width = _require.count("width", width, at_most=len(along_x))
+    width = require.count("width", width, at_most=len(along_x))
     if (len(along_x) - width) % 2:
         raise ValueError(f"width = {width}: must be even where length = {length} is even and odd where it is odd")
-    _require.count("number of antennas", width * (2 * len(along_x) - width), at_most=MAX_READERS)
+    require.count("number of antennas", width * (2 * len(along_x) - width), at_most=MAX_READERS)
     x, y = np.meshgrid(along_x, along_y, indexing="ij")
     is_in_bar = np.abs(np.arange(len(along_x)) - (len(along_x) - 1) / 2) < width / 2
     is_in_cross = is_in_bar[:, None] | is_in_bar[None, :]
@@ -112,15 +112,15 @@ def grid(n_x: int, n_y: int, spacing_x_mm: float, spacing_y_mm: float) -> Reader
     """Lay n_x antennas along x by n_y along y, centred."""
     along_x = _centred("n_x", n_x, "spacing_x_mm", spacing_x_mm)
     along_y = _centred("n_y", n_y, "spacing_y_mm", spacing_y_mm)
-    _require.count("number of antennas", len(along_x) * len(along_y), at_most=MAX_READERS)
+    require.count("number of antennas", len(along_x) * len(along_y), at_most=MAX_READERS)
     x, y = np.meshgrid(along_x, along_y, indexing="ij")
     return _layout("grid", x.ravel(), y.ravel())
 
 
 def ring(n: int, radius_mm: float) -> ReaderLayout:
     """Lay `n` antennas at equal angles on a circle, the first ahead on x, each with its own x axis pointing outward."""
-    outward = 2 * math.pi * np.arange(_require.count("n", n, at_most=MAX_READERS)) / n
-    radius = _require.positive("radius_mm", radius_mm)
+    outward = 2 * math.pi * np.arange(require.count("n", n, at_most=MAX_READERS)) / n
+    radius = require.positive("radius_mm", radius_mm)
     return _layout("ring", radius * np.cos(outward), radius * np.sin(outward), outward)
 
 
@@ -193,8 +193,8 @@ def make_layout(spec: str | Mapping[str, object]) -> ReaderLayout:
 
 
 def _centred(count_argument: str, count: object, spacing_argument: str, spacing: object) -> NDArray[np.float64]:
-    n = _require.count(count_argument, count, at_most=MAX_READERS)
-    return (np.arange(n) - (n - 1) / 2) * _require.positive(spacing_argument, spacing)
+    n = require.count(count_argument, count, at_most=MAX_READERS)
+    return (np.arange(n) - (n - 1) / 2) * require.positive(spacing_argument, spacing)
 
 
 def _layout(kind: str, x: NDArray, y: NDArray, yaw: NDArray | float = 0.0) -> ReaderLayout:

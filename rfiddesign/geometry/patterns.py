@@ -14,9 +14,10 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.geometry.base import BaseGeometry
 
-from rfiddesign.geometry import _require
+from rfiddesign import require
 from rfiddesign.geometry.lattice import Lattice, in_reading_order
 from rfiddesign.geometry.random_points import hard_core_points, largest_min_distance, lattice_uniform
+from rfiddesign.units import MM2_PER_M2
 
 
 @runtime_checkable
@@ -52,7 +53,7 @@ class LatticePattern:
 
     @property
     def tags_per_m2(self) -> float:
-        return 1e6 / self.lattice.cell_area_mm2
+        return MM2_PER_M2 / self.lattice.cell_area_mm2
 
     def lay(self, region: BaseGeometry) -> NDArray[np.float64]:
         return self.lattice.lay(region)
@@ -70,9 +71,9 @@ class ThinnedPattern:
     lattice = None
 
     def __post_init__(self):
-        if _require.positive("keep", self.keep) > 1:
+        if require.positive("keep", self.keep) > 1:
             raise ValueError(f"keep = {self.keep!r}: must be a share above 0 and at most 1")
-        _require.seed("seed", self.seed)
+        require.seed("seed", self.seed)
 
     @property
     def tags_per_m2(self) -> float:
@@ -96,16 +97,16 @@ class RandomPattern:
     lattice = None
 
     def __post_init__(self):
-        density = _require.positive("tags_per_m2", self.tags_per_m2)
-        largest = largest_min_distance(density / 1e6)
-        if _require.not_negative("min_distance_mm", self.min_distance_mm) > largest:
+        density = require.positive("tags_per_m2", self.tags_per_m2)
+        largest = largest_min_distance(density / MM2_PER_M2)
+        if require.not_negative("min_distance_mm", self.min_distance_mm) > largest:
             raise ValueError(
                 f"min_distance_mm = {self.min_distance_mm:g}: must be at most {largest:.6g} at {density:g} tags_per_m2"
             )
-        _require.seed("seed", self.seed)
+        require.seed("seed", self.seed)
 
     def lay(self, region: BaseGeometry) -> NDArray[np.float64]:
-        return hard_core_points(region, self.tags_per_m2 / 1e6, self.min_distance_mm, self.seed)
+        return hard_core_points(region, self.tags_per_m2 / MM2_PER_M2, self.min_distance_mm, self.seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +129,7 @@ class ListedPattern:
     def tags_per_m2(self) -> float:
         """Tags per square metre of their convex hull; nan where that has no area."""
         hull_mm2 = shapely.MultiPoint(self.points_mm).convex_hull.area
-        return 1e6 * len(self.points_mm) / hull_mm2 if hull_mm2 > 0 else math.nan
+        return MM2_PER_M2 * len(self.points_mm) / hull_mm2 if hull_mm2 > 0 else math.nan
 
     def lay(self, region: BaseGeometry) -> NDArray[np.float64]:
         shapely.prepare(region)
@@ -179,16 +180,16 @@ def make_pattern(
         return ListedPattern(points_mm)
     if (tags_per_m2 is None) == (pitch_mm is None):
         raise ValueError(f"tags_per_m2 = {tags_per_m2!r}, pitch_mm = {pitch_mm!r}: give exactly one of them")
-    density = None if tags_per_m2 is None else _require.positive("tags_per_m2", tags_per_m2)
-    pitch = None if pitch_mm is None else _require.positive("pitch_mm", pitch_mm)
+    density = None if tags_per_m2 is None else require.positive("tags_per_m2", tags_per_m2)
+    pitch = None if pitch_mm is None else require.positive("pitch_mm", pitch_mm)
     return build(density, pitch, seed, **given)
 
 
 def displaced(points: ArrayLike, sigma_mm: float, seed: int) -> NDArray[np.float64]:
     """Return points (n, 2) with an installation error: Gaussian of `sigma_mm` [mm] along each axis."""
     points = np.asarray(points, dtype=np.float64)
-    generator = np.random.Generator(np.random.PCG64(_require.seed("seed", seed)))
-    return points + _require.not_negative("sigma_mm", sigma_mm) * generator.standard_normal(points.shape)
+    generator = np.random.Generator(np.random.PCG64(require.seed("seed", seed)))
+    return points + require.not_negative("sigma_mm", sigma_mm) * generator.standard_normal(points.shape)
 
 
 def _square(density: float | None, pitch: float | None, seed: int) -> LatticePattern:
@@ -202,19 +203,19 @@ def _triangular(density: float | None, pitch: float | None, seed: int) -> Lattic
 
 
 def _striped(density: float | None, pitch: float | None, seed: int, row_ratio: float = 3.0) -> LatticePattern:
-    row_ratio = _require.positive("row_ratio", row_ratio)
+    row_ratio = require.positive("row_ratio", row_ratio)
     pitch = _pitch_mm(density, pitch, 1 / row_ratio)
     return LatticePattern("striped", Lattice(((pitch, 0.0), (0.0, row_ratio * pitch))))
 
 
 def _thinned(density: float | None, pitch: float | None, seed: int, keep: float = 0.5) -> ThinnedPattern:
-    return ThinnedPattern(_square(None, _pitch_mm(density, pitch, _require.positive("keep", keep)), seed), keep, seed)
+    return ThinnedPattern(_square(None, _pitch_mm(density, pitch, require.positive("keep", keep)), seed), keep, seed)
 
 
 def _random(
     density: float | None, pitch: float | None, seed: int, min_distance_mm: float | None = None
 ) -> RandomPattern:
-    density = 1e6 / pitch**2 if density is None else density
+    density = MM2_PER_M2 / pitch**2 if density is None else density
     return RandomPattern(density, 500 / math.sqrt(density) if min_distance_mm is None else min_distance_mm, seed)
 
 

@@ -8,7 +8,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.geometry.base import BaseGeometry
 
-from rfiddesign.geometry import _require
+from rfiddesign import require
 from rfiddesign.geometry.polygon_area import covers, signed_distance
 
 
@@ -30,7 +30,7 @@ class ProbabilityMap:
     cell_mm: float
 
     def __post_init__(self):
-        _require.positive("cell_mm", self.cell_mm)
+        require.positive("cell_mm", self.cell_mm)
         probability = np.array(self.probability, dtype=np.float64)
         if probability.ndim != 2 or not ((probability >= 0) & (probability <= 1)).all():
             raise ValueError(f"probability of shape {probability.shape}: must be two-dimensional, each from 0 to 1")

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from rfiddesign.geometry import _require
+from rfiddesign import require
 from rfiddesign.geometry.areas import DetectionArea, Disc
 from rfiddesign.geometry.coverage import outline_edges
 from rfiddesign.geometry.lattice import Lattice
@@ -59,7 +59,7 @@ class Travel:
 
 def travel(layout: ReaderLayout, area: DetectionArea, pattern: TagPattern, course_deg: float) -> Travel:
     """Describe a robot that drives at `course_deg` [deg] against its own heading."""
-    course_deg = _require.finite("course_deg", course_deg)
+    course_deg = require.finite("course_deg", course_deg)
     course = math.radians(course_deg)
     poses = layout.poses_mm
     antennas = rotated(poses[:, :2], -course)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rfiddesign.errors import require_finite
+from rfiddesign import require
 from rfiddesign.geometry import DetectionArea
 
 LIKELIHOODS = ("gaussian", "combination")
@@ -33,8 +33,8 @@ class DistanceLikelihood:
     def __post_init__(self) -> None:
         if self.kind not in LIKELIHOODS:
             raise ValueError(f"likelihood is {self.kind!r}, must be one of {', '.join(LIKELIHOODS)}")
-        require_finite("sigma_per_radius", self.sigma_per_radius, low=0.01, high=100.0)
-        require_finite("beta", self.beta, low=0.0, high=1.0, is_low_open=True)
+        require.within("sigma_per_radius", self.sigma_per_radius, low=0.01, high=100.0)
+        require.within("beta", self.beta, low=0.0, high=1.0, is_low_open=True)
 
     @property
     def inner_radius(self) -> float:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from rfiddesign.errors import require_finite
+from rfiddesign import require
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class OmnidirectionalMotion:
 
     def __post_init__(self) -> None:
         for name in ("noise_x_mm_per_s", "noise_y_mm_per_s", "noise_heading_rad_per_s"):
-            require_finite(name, getattr(self, name), low=0.0, high=1e6)
+            require.within(name, getattr(self, name), low=0.0, high=1e6)
 
     def step_deviations(self, dt_s: float) -> tuple[float, float, float]:
         """Standard deviations (x [mm], y [mm], heading [rad]) of the noise of one step of `dt_s` seconds."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rfiddesign.errors import require_finite
+from rfiddesign import require
 
 POLLINGS = ("common", "staggered")
 
@@ -24,7 +24,7 @@ class ReadModel:
     polling: str = "common"
 
     def __post_init__(self) -> None:
-        require_finite("read_probability", self.read_probability, low=0.0, high=1.0)
+        require.within("read_probability", self.read_probability, low=0.0, high=1.0)
         if self.polling not in POLLINGS:
             raise ValueError(f"polling is {self.polling!r}, must be one of {', '.join(POLLINGS)}")
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from rfiddesign.errors import require_finite
+from rfiddesign import require
 from rfiddesign.estimators.mcl import Mcl
 from rfiddesign.floor import Floor
 from rfiddesign.models.motion import OmnidirectionalMotion
@@ -35,11 +35,11 @@ class Routes:
         if not self.speeds_mm_per_s:
             raise ValueError("speeds_mm_per_s is empty, must hold at least one speed")
         for speed in self.speeds_mm_per_s:
-            require_finite("speeds_mm_per_s", speed, low=0.0, high=10_000.0, is_low_open=True)
-        require_finite("aligned_share", self.aligned_share, low=0.0, high=1.0)
+            require.within("speeds_mm_per_s", speed, low=0.0, high=10_000.0, is_low_open=True)
+        require.within("aligned_share", self.aligned_share, low=0.0, high=1.0)
         if not self.headings or any(heading not in HEADINGS for heading in self.headings):
             raise ValueError(f"headings are {list(self.headings)}, must be one or more of {', '.join(HEADINGS)}")
-        require_finite("turn_rate_rad_per_s", self.turn_rate_rad_per_s, low=1e-3, high=100.0)
+        require.within("turn_rate_rad_per_s", self.turn_rate_rad_per_s, low=1e-3, high=100.0)
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class World:
     installation_error_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        require_finite("installation_error_mm", self.installation_error_mm, low=0.0, high=1000.0)
+        require.within("installation_error_mm", self.installation_error_mm, low=0.0, high=1000.0)
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,9 @@ class Scenario:
     def __post_init__(self) -> None:
         if self.start not in STARTS:
             raise ValueError(f"start is {self.start!r}, must be one of {', '.join(STARTS)}")
-        require_finite("dt_s", self.dt_s, low=1e-4, high=10.0)
-        require_finite("duration_s", self.duration_s, low=self.dt_s, high=self.dt_s * MAX_STEPS)
-        require_finite("settle_s", self.settle_s, low=0.0, high=self.duration_s - self.dt_s)
+        require.within("dt_s", self.dt_s, low=1e-4, high=10.0)
+        require.within("duration_s", self.duration_s, low=self.dt_s, high=self.dt_s * MAX_STEPS)
+        require.within("settle_s", self.settle_s, low=0.0, high=self.duration_s - self.dt_s)
 
     @property
     def n_steps(self) -> int:

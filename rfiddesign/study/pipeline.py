@@ -34,6 +34,9 @@ from rfiddesign.study.outcomes import StoredOutcomes, StoredRuns
 # Fewer runs say nothing of a share as high as those asked for.
 FRONT_RUNS = 16
 
+# Sums of cents must fit 64 bits.
+MAX_CENTS = 10**18
+
 
 @dataclass(frozen=True)
 class Candidates:
@@ -160,18 +163,28 @@ def test_plan(study: Study, n_designs: int) -> TestPlan:
 
 def price_design(study: Study, design: Design, n_tags: int, site: Site) -> Cost:
     """Cost of a design on a site by the study's price list."""
+    path = study.path.parent / study.file.prices
     try:
-        return cost(design, n_tags, site, study.prices)
+        price = cost(design, n_tags, site, study.prices)
     except ValueError as error:
-        raise StudyError(str(error), file=study.path.parent / study.file.prices, key="per_robot.antenna") from None
+        raise StudyError(str(error), file=path, key="per_robot.antenna") from None
+    if price.total_cents > MAX_CENTS:
+        raise StudyError(f"{design.name} would cost {price.total_cents:.3g} cents, at most {MAX_CENTS:.3g}", file=path)
+    return price
 
 
-def search_fleet(study: Study, candidates: Candidates, runs: StoredRuns, site: Site, on_stage: OnStage) -> Answer:
-    """Search the cheapest certified design for one fleet."""
-    costs = {
+def price_candidates(study: Study, candidates: Candidates, site: Site) -> dict[int, Cost]:
+    """Cost of every candidate on a site, by number."""
+    return {
         number: price_design(study, design, candidates.n_tags[number], site)
         for number, design in candidates.designs.items()
     }
+
+
+def search_fleet(
+    study: Study, candidates: Candidates, n_robots: int, costs: dict[int, Cost], runs: StoredRuns, on_stage: OnStage
+) -> Answer:
+    """Search the cheapest certified design for one fleet."""
     cents = np.array([costs[number].total_cents for number in candidates.numbers])
     plan = test_plan(study, len(candidates.numbers))
     outcomes = StoredOutcomes(runs, list(candidates.numbers), study.requirement)
@@ -179,7 +192,7 @@ def search_fleet(study: Study, candidates: Candidates, runs: StoredRuns, site: S
     def show(progress: Progress) -> None:
         on_stage(
             Stage(
-                f"{site.n_robots:,} robots",
+                f"{n_robots:,} robots",
                 progress.n_refuted,
                 progress.n_racing,
                 progress.n_remaining,
@@ -191,7 +204,7 @@ def search_fleet(study: Study, candidates: Candidates, runs: StoredRuns, site: S
     if search.winner is not None and study.file.search.next_best:
         search = next_best(search, cents, outcomes, plan, count=study.file.search.next_best, on_progress=show)
     runs.drop_ahead()
-    return Answer(site.n_robots, costs, search)
+    return Answer(n_robots, costs, search)
 
 
 def fronts(study: Study, candidates: Candidates, answer: Answer, runs: dict[int, list[RunMetrics]]) -> list[Front]:

@@ -5,6 +5,7 @@ import os
 import platform
 import sys
 import time
+from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -27,6 +28,7 @@ from rfiddesign.study.pipeline import (
     Stage,
     find_candidates,
     loosest,
+    price_candidates,
     search_fleet,
     study_hash,
     test_plan,
@@ -59,22 +61,21 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
     """
     begin = time.perf_counter()
     digest = study_hash(study)
+    is_begun = _is_begun(out, digest)
     on_stage(Stage("reading the floor"))
     floor = floor_of(study)
-    _claim_folder(study, out, digest)
     workers = n_workers or os.cpu_count() or 1
-    with (
-        RunTable(out / files.RUNS) as table,
-        Simulator(scenario_of(study, floor), study.file.seed, workers, loosest(study)) as simulator,
-    ):
+    with ExitStack() as stack:
+        simulator = stack.enter_context(Simulator(scenario_of(study, floor), study.file.seed, workers, loosest(study)))
         candidates = find_candidates(study, floor, simulator, on_stage)
-        runs = StoredRuns(candidates.designs, simulator, table)
+        costs = {n: price_candidates(study, candidates, Site(n, floor.area_m2)) for n in study.file.fleet.robots}
+        # Nothing is written before all that can be at fault with a study has been looked at.
+        if not is_begun:
+            _claim_folder(study, out, digest)
+        runs = StoredRuns(candidates.designs, simulator, stack.enter_context(RunTable(out / files.RUNS)))
         n_before = runs.n_stored
         try:
-            answers = tuple(
-                search_fleet(study, candidates, runs, Site(n_robots, floor.area_m2), on_stage)
-                for n_robots in study.file.fleet.robots
-            )
+            answers = tuple(search_fleet(study, candidates, n, costs[n], runs, on_stage) for n in costs)
         finally:
             runs.save()
         on_stage(Stage("saving"))
@@ -99,23 +100,33 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
     return result
 
 
-def _claim_folder(study: Study, out: Path, digest: str) -> None:
-    """Make the folder and write the resolved study, or make sure that it holds this very study."""
-    resolved = {"hash": digest, "study": json.loads(study.file.model_dump_json())}
-    path = out / files.STUDY
-    if path.exists():
-        try:
-            held = json.loads(path.read_text(encoding="utf-8")).get("hash")
-        except (OSError, ValueError, AttributeError):
-            held = None
-        if held != digest:
-            raise StudyError("holds another study, or this one before a change; choose another --out", file=out)
-        return
+def _is_begun(out: Path, digest: str) -> bool:
+    """Whether the folder holds this very study; StudyError if it holds anything else."""
     try:
+        if (out / files.STUDY).exists():
+            if _held_hash(out / files.STUDY) != digest:
+                raise StudyError("holds another study, or this one before a change; choose another --out", file=out)
+            return True
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise StudyError("is not an empty folder or one of this study; choose another --out", file=out)
+    except OSError as error:
+        raise StudyError(f"cannot be read: {error.strerror}", file=out) from None
+    return False
+
+
+def _held_hash(path: Path) -> str | None:
+    try:
+        return json.loads(path.read_text(encoding="utf-8")).get("hash")
+    except (ValueError, AttributeError, RecursionError):
+        return None
+
+
+def _claim_folder(study: Study, out: Path, digest: str) -> None:
+    """Make the folder and write the resolved study."""
+    resolved = {"hash": digest, "study": json.loads(study.file.model_dump_json())}
+    try:
         out.mkdir(parents=True, exist_ok=True)
-        files.write_text(path, json.dumps(resolved, indent=1) + "\n")
+        files.write_text(out / files.STUDY, json.dumps(resolved, indent=1) + "\n")
     except OSError as error:
         raise StudyError(f"cannot be written: {error.strerror}", file=out) from None
 

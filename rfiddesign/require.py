@@ -1,4 +1,4 @@
-"""Bounds that geometry's constructors check: one line that names argument, value and what is allowed."""
+"""Bounds that constructors check: one line that names argument, value and what is allowed."""
 
 import math
 
@@ -53,3 +53,11 @@ def seed(argument: str, value: object) -> int:
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or not 0 <= value < 2**63:
         raise ValueError(f"{argument} = {value!r}: must be a whole number from 0 to 2^63 - 1")
     return int(value)
+
+
+def within(name: str, value: float, *, low: float, high: float, is_low_open: bool = False) -> None:
+    """Raise ValueError unless low <= value <= high (low < value if `is_low_open`) and value is finite."""
+    is_inside = math.isfinite(value) and value <= high and (value > low if is_low_open else value >= low)
+    if not is_inside:
+        bracket = "above" if is_low_open else "at least"
+        raise ValueError(f"{name} is {value!r}, must be {bracket} {low:g} and at most {high:g}")
