@@ -23,6 +23,7 @@ class Display:
     def __enter__(self) -> Self:
         if self._console.is_terminal:
             self._live.start()
+        self.say("starting; the first time after an installation this compiles for half a minute")
         return self
 
     def __exit__(self, *exception: object) -> None:

@@ -12,22 +12,25 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
 from matplotlib.path import Path
-from matplotlib.ticker import FixedFormatter, FixedLocator, MultipleLocator, NullLocator
-from numpy.typing import NDArray
+from matplotlib.ticker import FixedLocator, MaxNLocator, MultipleLocator, NullLocator
+from numpy.typing import ArrayLike, NDArray
 
 from rfiddesign.geometry import Coverage, HeadingDrive
+from rfiddesign.geometry.travel import free_lanes
 from rfiddesign.report.figures import style
+from rfiddesign.report.figures.scales import log_ticks
 from rfiddesign.report.figures.style import BLACK, BLUE, FLOOR, GREY, ORANGE, VERMILLION, plain_map, styled
 
 #: Width of these figures [in]: a notebook's column.
 WIDTH_IN = 9.0
-#: Densities that get a tick, and the numbers on them.
+#: Densities and pitches [mm] that get a tick.
 DENSITY_TICKS = (1, 2, 4, 9, 16, 25, 50, 100, 200, 400, 1000)
-#: Distances to the next read are shown on a logarithmic scale above this [mm], on a linear one below.
-LINEAR_BELOW_MM = 10.0
-#: Steps of colour for the share of lanes that are never read [%]; nothing but 0 gets the first colour.
-BLIND_STEPS = (-1e-9, 1e-9, 5, 10, 20, 30, 40, 100)
-BLIND_COLOURS = ("white", "#f6e2c9", "#efc48c", ORANGE, VERMILLION, "#97400a", "#4f1f04")
+PITCH_TICKS = (30, 50, 70, 100, 150, 250, 500, 1000)
+#: Distances to the next read shorter than this [mm] are drawn as this on their logarithmic scale.
+SHORTEST_MM = 1.0
+#: Steps of colour for the share of lanes that are never read [%]; none at all is white.
+BLIND_STEPS = (1e-9, 5, 10, 20, 30, 40, 100)
+BLIND_COLOURS = ("#f6e2c9", "#efc48c", ORANGE, VERMILLION, "#97400a", "#4f1f04")
 UNBUILDABLE, BLIND_LANE = "#c3c8d0", "#f3c9ac"
 PAPERS_CROSS = {"marker": "P", "ms": 9, "color": BLACK, "mec": "white"}
 
@@ -42,11 +45,11 @@ class Quantity:
 
 
 QUANTITIES = {
-    "one_reader": Quantity("places with ≥ 1 reader on a tag [%]", lambda seen: 100 * seen.k_coverage[0]),
-    "two_readers": Quantity("places with ≥ 2 readers on a tag [%]", lambda seen: 100 * seen.k_coverage[1]),
-    "three_readers": Quantity("places with ≥ 3 readers on a tag [%]", lambda seen: 100 * seen.k_coverage[2]),
+    "one_reader": Quantity("≥ 1 reader sees a tag [% of places]", lambda seen: 100 * seen.k_coverage[0]),
+    "two_readers": Quantity("≥ 2 readers see a tag [% of places]", lambda seen: 100 * seen.k_coverage[1]),
+    "three_readers": Quantity("≥ 3 readers see a tag [% of places]", lambda seen: 100 * seen.k_coverage[2]),
     "reads": Quantity("reads per poll, mean", lambda seen: seen.expected_reads, is_share=False),
-    "two_tags": Quantity("places with ≥ 2 tags in one antenna [%]", lambda seen: 100 * seen.two_tags_share),
+    "two_tags": Quantity("an antenna sees ≥ 2 tags [% of places]", lambda seen: 100 * seen.two_tags_share),
 }
 
 
@@ -88,14 +91,15 @@ def robots_plot(
 
 
 @styled
-def floors_plot(floors: Mapping[str, NDArray[np.float64]], side_mm: float) -> Figure:
-    """Draw the tags (n, 2) [mm] of several floors, by title, on a square of `side_mm` with a corner at 0, 0."""
+def floors_plot(floors: Mapping[str, NDArray[np.float64]], region: shapely.Polygon) -> Figure:
+    """Draw the tags (n, 2) [mm] that several floors, by title, have in a rectangular region [mm]."""
+    x_min, y_min, x_max, y_max = region.bounds
     figure, panels = _figure(len(floors), height_in=2.6, sharey=True)
     for axes, (title, tags) in zip(panels, floors.items(), strict=True):
         plain_map(axes)
         axes.set_facecolor(FLOOR)
-        axes.scatter(*np.reshape(tags, (-1, 2)).T, s=9, marker="s", c=BLACK, clip_on=False)
-        axes.set(xlim=(0, side_mm), ylim=(0, side_mm), xlabel="x [mm]", title=title)
+        axes.scatter(*np.reshape(tags, (-1, 2)).T, s=9, marker="s", c=BLACK)
+        axes.set(xlim=(x_min, x_max), ylim=(y_min, y_max), xlabel="x [mm]", title=title)
     panels[0].set_ylabel("y [mm]")
     return _finished(figure)
 
@@ -123,24 +127,22 @@ def density_plot(
     unknown = [name for name in quantities if name not in QUANTITIES]
     if unknown:
         raise ValueError(f"quantities = {unknown[0]!r}: must be one of {', '.join(QUANTITIES)}")
-    figure, panels = _figure(len(quantities), height_in=3.6)
-    ticks = [tick for tick in DENSITY_TICKS if min(tags_per_m2) <= tick <= max(tags_per_m2)]
+    figure, panels = _figure(len(quantities), height_in=3.9)
     for axes, quantity in zip(panels, (QUANTITIES[name] for name in quantities), strict=True):
         for i, (name, curve) in enumerate(coverages.items()):
             values = [quantity.of(seen) for seen in curve]
-            axes.plot(tags_per_m2, values, marker=style.MARKERS[i % len(style.MARKERS)], ms=4, label=name, **_look(i))
+            axes.plot(tags_per_m2, values, marker=_marker(i), ms=4, label=name, **_look(i))
         axes.set(xscale="log", xlabel="tags per m²", ylabel=quantity.words)
-        _name_ticks(axes.xaxis, ticks, [f"{tick:g}" for tick in ticks])
-        pitches = axes.secondary_xaxis("top")
-        pitches.set_xlabel("pitch of a square lattice [mm]", color=GREY)
-        _name_ticks(pitches.xaxis, ticks, [f"{1000 / np.sqrt(tick):.0f}" for tick in ticks])
-        pitches.tick_params(labelcolor=GREY)
+        _set_ticks(axes.xaxis, DENSITY_TICKS, tags_per_m2)
         if quantity.is_share:
             axes.set_ylim(-3, 103)
         else:
             axes.set_yscale("log")
-            axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-            axes.yaxis.set_minor_locator(NullLocator())
+            _set_ticks(axes.yaxis, log_ticks(*axes.get_ylim()))
+        pitches = axes.secondary_xaxis("top", functions=(_pitch_mm, _density))
+        pitches.set_xlabel("pitch of a square lattice [mm]", color=GREY)
+        _set_ticks(pitches.xaxis, PITCH_TICKS, _pitch_mm(np.asarray(tags_per_m2)))
+        pitches.tick_params(labelcolor=GREY)
     _legend_below(figure, panels[0])
     return _finished(figure)
 
@@ -161,44 +163,21 @@ def heading_plot(headings_deg: Sequence[float], shares: Mapping[str, NDArray[np.
 def drives_plot(drives: Mapping[str, Sequence[HeadingDrive]], *, limit_mm: float = 500.0) -> Figure:
     """Draw by heading the distance to the next read that 95 % of all places stay below, and a limit on it [mm].
 
-    Headings along rows of tags are marked; on a logarithmic scale above `LINEAR_BELOW_MM`.
+    Headings along rows of tags are marked.
     """
     figure, (axes,) = _figure(1, height_in=3.8)
     for i, (name, curve) in enumerate(drives.items()):
         ordered = sorted(curve, key=lambda drive: drive.heading_deg)
-        look = _look(i)
-        axes.plot([d.heading_deg for d in ordered], [d.p95_mm for d in ordered], label=name, **look)
-        along = [d for d in ordered if d.is_aligned]
-        axes.plot(
-            [d.heading_deg for d in along],
-            [d.p95_mm for d in along],
-            ls="none",
-            marker=style.MARKERS[i % len(style.MARKERS)],
-            ms=6,
-            mec="white",
-            mew=0.5,
-            color=look["color"],
-            zorder=4,
-            clip_on=False,
-        )
+        along = [at for at, drive in enumerate(ordered) if drive.is_aligned]
+        headings, distances = [d.heading_deg for d in ordered], [max(d.p95_mm, SHORTEST_MM) for d in ordered]
+        axes.plot(headings, distances, marker=_marker(i), markevery=along, ms=6, mec="white", label=name, **_look(i))
     axes.axhline(limit_mm, color=BLACK, lw=1.0, ls=(0, (1, 2)))
-    axes.annotate(
-        f"{limit_mm:g} mm",
-        (1, limit_mm),
-        (-4, 3),
-        xycoords=("axes fraction", "data"),
-        textcoords="offset points",
-        ha="right",
-        bbox=style.WHITE_BOX,
-    )
+    axes.annotate(f"{limit_mm:g} mm", (1, limit_mm), (4, 0), ("axes fraction", "data"), "offset points", va="center")
     _heading_axis(axes, [drive.heading_deg for curve in drives.values() for drive in curve])
-    axes.set_yscale("symlog", linthresh=LINEAR_BELOW_MM, linscale=0.5)
-    axes.set_ylim(bottom=0)
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:,g}")
-    axes.set_ylabel("95 % read a tag within [mm]")
-    mark = Line2D([], [], ls="none", marker="D", color=GREY, mec="white", ms=6, label="along rows of tags")
-    handles = axes.get_legend_handles_labels()[0]
-    figure.legend(handles=[*handles, mark], loc="outside lower center", ncols=4)
+    axes.set(yscale="log", ylabel="95 % read a tag within [mm]")
+    _set_ticks(axes.yaxis, log_ticks(*axes.get_ylim()))
+    mark = Line2D([], [], ls="none", marker="o", color=GREY, mec="white", ms=6, label="marks: along rows of tags")
+    figure.legend(handles=[*axes.get_legend_handles_labels()[0], mark], loc="outside lower center", ncols=5)
     return _finished(figure)
 
 
@@ -214,6 +193,7 @@ def lanes_plot(robots: Mapping[str, tuple[NDArray[np.float64], float]]) -> Figur
     widths = [spacing for _, spacing in robots.values()]
     figure, panels = _figure(len(robots), height_in=2.9, sharey=True, width_ratios=widths)
     for axes, (title, (swaths, spacing)) in zip(panels, robots.items(), strict=True):
+        never = free_lanes(swaths, spacing).sum() / spacing
         axes.set_facecolor(BLIND_LANE)
         axes.grid(False)
         # An antenna to the left reads a row when the robot is to the right of it; bars wrap around at the next row.
@@ -227,13 +207,13 @@ def lanes_plot(robots: Mapping[str, tuple[NDArray[np.float64], float]]) -> Figur
             axes.axvspan(start, start + width, color="white", lw=0, zorder=0.5)
         for start, width, number in bars:
             axes.add_patch(Rectangle((start, number - 0.35), width, 0.7, fc=BLUE, lw=0, zorder=2))
-        axes.set(xlim=(0, spacing), ylim=(len(swaths) + 0.6, 0.4), title=title)
-        axes.xaxis.set_major_locator(FixedLocator(np.arange(0, spacing + 1e-6, 50 if spacing < 400 else 100)))
+        axes.set(xlim=(0, spacing), ylim=(len(swaths) + 0.6, 0.4), title=f"{title}: {never:.0%} never read")
+        axes.xaxis.set_major_locator(MaxNLocator(6))
     figure.supxlabel("robot's centre from a row of tags, up to the next row [mm]", fontsize=9)
     panels[0].set_ylabel("antenna")
     panels[0].yaxis.set_major_locator(FixedLocator(np.arange(1, max(len(s) for s, _ in robots.values()) + 1)))
     handles = [Patch(fc=BLUE, label="antenna reads the row"), Patch(fc=BLIND_LANE, label="lane that none reads")]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    figure.legend(handles=handles, loc="outside upper center", ncols=2)
     return _finished(figure)
 
 
@@ -253,7 +233,10 @@ def spacing_plot(
     marked_mm : inner and outer distance [mm] to mark, that of the paper.
     """
     figure, panels = _figure(len(blind_shares), height_in=3.3, sharey=True)
-    colours, norm = ListedColormap(BLIND_COLOURS, bad=UNBUILDABLE), BoundaryNorm(BLIND_STEPS, len(BLIND_COLOURS))
+    colours, norm = (
+        ListedColormap(BLIND_COLOURS, bad=UNBUILDABLE, under="white"),
+        BoundaryNorm(BLIND_STEPS, len(BLIND_COLOURS)),
+    )
     half_x, half_y = (inner_mm[1] - inner_mm[0]) / 2, (outer_mm[1] - outer_mm[0]) / 2
     extent = (inner_mm[0] - half_x, inner_mm[-1] + half_x, outer_mm[0] - half_y, outer_mm[-1] + half_y)
     for axes, (title, shares) in zip(panels, blind_shares.items(), strict=True):
@@ -263,13 +246,13 @@ def spacing_plot(
         if marked_mm is not None:
             axes.plot(*marked_mm, ls="none", **PAPERS_CROSS)
     panels[0].set_ylabel("outer antennas at [mm]")
-    bar = figure.colorbar(image, ax=panels, location="bottom", ticks=BLIND_STEPS[1:], aspect=50, spacing="uniform")
-    bar.ax.set_xticklabels(["0", *(f"{step:g}" for step in BLIND_STEPS[2:])])
+    bar = figure.colorbar(image, ax=panels, location="bottom", ticks=BLIND_STEPS, aspect=50, spacing="uniform")
+    bar.ax.set_xticklabels([f"{step:.0f}" for step in BLIND_STEPS])
     bar.set_label("lanes never read, along the rows where they are most [%]")
-    handles = [Patch(fc=UNBUILDABLE, label="antennas overlap")]
+    handles = [Patch(fc="white", ec=GREY, label="every lane is read"), Patch(fc=UNBUILDABLE, label="antennas overlap")]
     if marked_mm is not None:
         handles.append(Line2D([], [], ls="none", label="the paper's cross", **PAPERS_CROSS))
-    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return _finished(figure)
 
 
@@ -292,10 +275,26 @@ def _legend_below(figure: Figure, axes: Axes) -> None:
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 
 
-def _name_ticks(axis: Axis, places: Sequence[float], names: Sequence[str]) -> None:
-    axis.set_major_locator(FixedLocator(places))
-    axis.set_major_formatter(FixedFormatter(names))
+def _marker(i: int) -> str:
+    return style.MARKERS[i % len(style.MARKERS)]
+
+
+def _set_ticks(axis: Axis, places: Sequence[float], values: ArrayLike | None = None) -> None:
+    """Set these ticks, or those of them within the range of `values`, with plain numbers on a logarithmic axis."""
+    low, high = (-np.inf, np.inf) if values is None else (np.min(values) * 0.99, np.max(values) * 1.01)
+    axis.set_major_locator(FixedLocator([place for place in places if low <= place <= high]))
+    axis.set_major_formatter(lambda value, _: f"{value:,.6g}")
     axis.set_minor_locator(NullLocator())
+
+
+def _pitch_mm(tags_per_m2: NDArray[np.float64]) -> NDArray[np.float64]:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return 1000 / np.sqrt(tags_per_m2)
+
+
+def _density(pitch_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return 1e6 / np.square(pitch_mm)
 
 
 def _heading_axis(axes: Axes, headings_deg: Sequence[float]) -> None:

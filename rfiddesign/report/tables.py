@@ -169,7 +169,7 @@ def front_table(result: StudyResult) -> Table:
 
 
 def front_decision(answer: AnswerRecord, factor: float) -> DecisionRecord | None:
-    """The cheapest design at limits times a factor, certified or estimated from the runs made; the answer itself at 1."""
+    """The cheapest design at limits times a factor, certified or estimated; the answer itself at 1."""
     if factor == 1.0:
         return answer.winner
     return next((front.decision for front in answer.fronts if front.factor == factor), None)

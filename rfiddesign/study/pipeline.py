@@ -223,7 +223,8 @@ def fronts(study: Study, candidates: Candidates, answer: Answer, runs: dict[int,
             passed = np.array([requirement.is_met(run) for run in runs[number]])
             decision = decide(table, passed)
             estimate = (passed.sum() + 1) / (passed.size + 2)
-            is_likely = passed.size >= FRONT_RUNS and estimate > study.file.search.fail_probability
+            is_likely = decision.verdict != "refuted" and passed.size >= FRONT_RUNS
+            is_likely = is_likely and estimate > study.file.search.fail_probability
             if decision.verdict == "certified" or is_likely:
                 best = Front(factor, number, decision)
                 break

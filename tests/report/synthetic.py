@@ -135,8 +135,8 @@ def coverage_record() -> CoverageRecord:
     )
 
 
-def traces(n_robots: int, rng: np.random.Generator, n_steps: int = 600) -> list[TraceRecord]:
-    time = np.arange(1, n_steps + 1) * 0.1
+def traces(n_robots: int, rng: np.random.Generator, n_steps: int = 200) -> list[TraceRecord]:
+    time = np.arange(1, n_steps + 1) * 0.3
     return [
         TraceRecord(
             n_robots=n_robots,
