@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
 from matplotlib.path import Path
-from matplotlib.ticker import FixedLocator, MaxNLocator, MultipleLocator, NullLocator
+from matplotlib.ticker import FixedLocator, MultipleLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
 from rfiddesign.geometry import Coverage, HeadingDrive
@@ -139,9 +139,10 @@ def density_plot(
         else:
             axes.set_yscale("log")
             _set_ticks(axes.yaxis, log_ticks(*axes.get_ylim()))
-        pitches = axes.secondary_xaxis("top", functions=(_pitch_mm, _density))
+        pitches = axes.secondary_xaxis("top")
         pitches.set_xlabel("pitch of a square lattice [mm]", color=GREY)
-        _set_ticks(pitches.xaxis, PITCH_TICKS, _pitch_mm(np.asarray(tags_per_m2)))
+        _set_ticks(pitches.xaxis, [1e6 / pitch**2 for pitch in PITCH_TICKS], tags_per_m2)
+        pitches.xaxis.set_major_formatter(lambda density, _: f"{1000 / np.sqrt(density):.0f}")
         pitches.tick_params(labelcolor=GREY)
     _legend_below(figure, panels[0])
     return _finished(figure)
@@ -207,8 +208,8 @@ def lanes_plot(robots: Mapping[str, tuple[NDArray[np.float64], float]]) -> Figur
             axes.axvspan(start, start + width, color="white", lw=0, zorder=0.5)
         for start, width, number in bars:
             axes.add_patch(Rectangle((start, number - 0.35), width, 0.7, fc=BLUE, lw=0, zorder=2))
-        axes.set(xlim=(0, spacing), ylim=(len(swaths) + 0.6, 0.4), title=f"{title}: {never:.0%} never read")
-        axes.xaxis.set_major_locator(MaxNLocator(6))
+        axes.set(xlim=(0, spacing), ylim=(len(swaths) + 0.6, 0.4), title=f"{title}\n{never:.0%} never read")
+        axes.xaxis.set_major_locator(MultipleLocator(50))
     figure.supxlabel("robot's centre from a row of tags, up to the next row [mm]", fontsize=9)
     panels[0].set_ylabel("antenna")
     panels[0].yaxis.set_major_locator(FixedLocator(np.arange(1, max(len(s) for s, _ in robots.values()) + 1)))
@@ -232,7 +233,7 @@ def spacing_plot(
     blind_shares : by title, shares (m, n) from 0 to 1; nan where it cannot be built.
     marked_mm : inner and outer distance [mm] to mark, that of the paper.
     """
-    figure, panels = _figure(len(blind_shares), height_in=3.3, sharey=True)
+    figure, panels = _figure(len(blind_shares), height_in=4.2, sharey=True)
     colours, norm = (
         ListedColormap(BLIND_COLOURS, bad=UNBUILDABLE, under="white"),
         BoundaryNorm(BLIND_STEPS, len(BLIND_COLOURS)),
@@ -287,16 +288,8 @@ def _set_ticks(axis: Axis, places: Sequence[float], values: ArrayLike | None = N
     axis.set_minor_locator(NullLocator())
 
 
-def _pitch_mm(tags_per_m2: NDArray[np.float64]) -> NDArray[np.float64]:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return 1000 / np.sqrt(tags_per_m2)
-
-
-def _density(pitch_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return 1e6 / np.square(pitch_mm)
-
-
 def _heading_axis(axes: Axes, headings_deg: Sequence[float]) -> None:
-    axes.set(xlim=(min(headings_deg), max(headings_deg)), xlabel="heading against the tags' lattice [°]")
+    low, high = min(headings_deg), max(headings_deg)
+    margin = 0.01 * (high - low)
+    axes.set(xlim=(low - margin, high + margin), xlabel="heading against the tags' lattice [°]")
     axes.xaxis.set_major_locator(MultipleLocator(15))

@@ -127,7 +127,8 @@ def floor_of(study: Study) -> Floor:
     if section.map is None:
         length_m, width_m = section.rectangle_m
         return _checked(study.path, "floor.rectangle_m", lambda: rectangle_floor(1e3 * length_m, 1e3 * width_m, radius))
-    return floor_from_map(read_ros_map(study.path.parent / section.map), radius, map_thresholds(section))
+    occupancy_map = read_ros_map(study.path.parent / section.map)
+    return floor_from_map(occupancy_map, radius, map_thresholds(section), name=study.name)
 
 
 def map_thresholds(section: FloorSection) -> MapThresholds:

@@ -194,8 +194,8 @@ def test_runs_have_different_keys():
 def test_the_same_key_gives_the_same_numbers():
     first, second = np.empty(100, np.float32), np.empty(100, np.float32)
     for fill in (kernels.fill_normal, kernels.fill_uniform):
-        fill(kernels.step_key(KEY, 1, 5), first)
-        fill(kernels.step_key(KEY, 1, 5), second)
+        fill(np.uint64(kernels.step_key(KEY, 1, 5)), first)
+        fill(np.uint64(kernels.step_key(KEY, 1, 5)), second)
         assert np.array_equal(first, second)
 
 

@@ -1,0 +1,98 @@
+"""--set KEY=VALUE: short names, dotted paths and values as people type them."""
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from rfiddesign.errors import StudyError
+from rfiddesign.study.overrides import apply_overrides, parse_value, settable_keys
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("true", True), ("on", True), ("Yes", True), ("false", False), ("OFF", False), ("no", False),
+        ("100", 100), ("6.25", 6.25), ("1e3", 1000.0), ("-3", -3), ("inf", float("inf")),
+        ("cross-8", "cross-8"), ("60x60", "60x60"), ('"60x60"', "60x60"), ("", ""), ("a b", "a b"),
+        ("[1, 2]", [1, 2]), ('["square"]', ["square"]), ("{a = 1}", {"a": 1}),
+        ("9" * 5000, "9" * 5000), ("[" * 50_000, "[" * 50_000), ("1\nb = 2", 1),
+    ],
+)  # fmt: skip
+def test_values_are_toml_or_words_for_true_and_false_or_text(text, value):
+    assert parse_value(text) == value
+
+
+@pytest.mark.parametrize(
+    ("setting", "expected"),
+    [
+        ("layout=cross-8", {"design": {"layout": "cross-8"}}),
+        ("antenna=60x60", {"design": {"antenna": "60x60"}}),
+        ("pattern=triangular", {"design": {"pattern": "triangular"}}),
+        ("tags_per_m2=100", {"design": {"tags_per_m2": 100}}),
+        ("pitch_mm=250", {"design": {"pitch_mm": 250}}),
+        ("likelihood=gaussian", {"estimator": {"likelihood": "gaussian"}}),
+        ("reinitialize=off", {"estimator": {"reinitialize": False}}),
+        ("n_particles = 60", {"estimator": {"n_particles": 60}}),
+        ("start=unknown", {"scenario": {"start": "unknown"}}),
+        ("seed=3", {"seed": 3}),
+        ("estimator.odometry.noise_mm_per_s=3", {"estimator": {"odometry": {"noise_mm_per_s": 3}}}),
+        ("world.odometry.noise_mm_per_s=3", {"world": {"odometry": {"noise_mm_per_s": 3}}}),
+        ("space.tags_per_m2=[1.0]", {"space": {"tags_per_m2": [1.0]}}),
+        ("title=a = b", {"title": "a = b"}),
+    ],
+)
+def test_short_names_and_dotted_paths(setting, expected):
+    assert apply_overrides({}, (setting,)) == expected
+
+
+def test_a_short_name_of_a_variable_means_the_design_at_hand_not_the_space():
+    names = settable_keys()
+    for name in ("layout", "antenna", "pattern", "tags_per_m2", "pitch_mm"):
+        assert names[name] == f"design.{name}"
+    assert names["space.layout"] == "space.layout"
+    assert "noise_mm_per_s" not in names  # world or estimator?
+
+
+def test_setting_one_density_drops_the_other():
+    both = {"design": {"tags_per_m2": 16.0, "layout": "x"}}
+    assert apply_overrides(both, ("pitch_mm=250",)) == {"design": {"pitch_mm": 250, "layout": "x"}}
+    assert apply_overrides({"design": {"pitch_mm": 99.0}}, ("tags_per_m2=4",)) == {"design": {"tags_per_m2": 4}}
+    assert apply_overrides({}, ("tags_per_m2=4", "pitch_mm=250")) == {"design": {"pitch_mm": 250}}
+
+
+def test_the_file_s_data_stay_as_they_were_and_the_last_setting_counts():
+    data = {"design": {"layout": "a"}}
+    assert apply_overrides(data, ("layout=b", "layout=c")) == {"design": {"layout": "c"}}
+    assert data == {"design": {"layout": "a"}}
+
+
+def test_a_value_where_the_file_should_have_a_table_is_left_for_the_check():
+    assert apply_overrides({"design": 3}, ("layout=b",)) == {"design": 3}
+    assert apply_overrides({"estimator": {"odometry": 3}}, ("estimator.odometry.noise_mm_per_s=1",)) == {
+        "estimator": {"odometry": 3}
+    }
+
+
+@pytest.mark.parametrize(
+    ("setting", "line"),
+    [
+        ("layout", "--set: found 'layout', must be KEY=VALUE"),
+        ("", "--set: found '', must be KEY=VALUE"),
+        ("layot=cross-8", "--set: layot: unknown key; allowed: "),
+        ("floor=3", "--set: floor: unknown key; allowed: "),
+        ("design.pitch_cm=3", "--set: design.pitch_cm: unknown key; allowed: "),
+        ("noise_mm_per_s=3", "--set: noise_mm_per_s: unknown key; allowed: "),
+        ("=3", "--set: unknown key; allowed: "),
+    ],
+)
+def test_what_cannot_be_set_is_one_line(setting, line):
+    with pytest.raises(StudyError) as caught:
+        apply_overrides({}, (setting,))
+    assert str(caught.value).startswith(line)
+
+
+@settings(deadline=None, derandomize=True, max_examples=200)
+@given(st.sampled_from(sorted(settable_keys())), st.text())
+@example("seed", "0x" + "f" * 5000)
+def test_any_text_is_some_value(name, text):
+    apply_overrides({}, (f"{name}={text}",))
