@@ -5,6 +5,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# Property tests draw the same examples on every machine and take the time they need.
+settings.register_profile("repeatable", deadline=None, derandomize=True)
+settings.load_profile("repeatable")
 
 TINY = Path(__file__).with_name("tiny-study")
 
@@ -12,7 +17,7 @@ TINY = Path(__file__).with_name("tiny-study")
 @pytest.fixture
 def tiny(tmp_path: Path) -> Path:
     """The tiny study's folder, free to be changed."""
-    return shutil.copytree(TINY, tmp_path / "tiny")
+    return shutil.copytree(TINY, tmp_path / TINY.name)
 
 
 @pytest.fixture

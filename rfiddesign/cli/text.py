@@ -17,7 +17,7 @@ def answer_lines(result: StudyResult, folder: Path, page: Path) -> list[str]:
 
 
 def _answer_lines(answer: AnswerRecord, names: dict[int, str], result: StudyResult) -> list[str]:
-    robots = f"{answer.n_robots:,} robots"
+    robots = f"{answer.n_robots:,} robot{'s' * (answer.n_robots != 1)}"
     if answer.winner is None:
         return [f"{robots}: no design certified: {answer.claim_words}"]
     winner, test = answer.winner, result.test

@@ -1,6 +1,7 @@
 """Many runs, on many cores, with the answer of one."""
 
 import os
+from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -21,6 +22,8 @@ from rfiddesign.simulation.scenario import Scenario
 MAX_SEED = 2**63 - 1
 # 2,000 runs of a minute at 50 ms are 58 MB.
 MAX_ROUTES_KEPT = 2_000
+# Runs begun before their turn: enough for many cores, few enough for a million runs to be asked for.
+RUNS_AHEAD = 256
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,13 @@ class Simulator:
 
     def runs(self, jobs: Iterable[Job]) -> Iterator[RunMetrics]:
         """Metrics of each job in the order of the jobs."""
-        return self._pool.map(self._score, jobs)
+        begun: deque[Future[RunMetrics]] = deque()
+        for job in jobs:
+            begun.append(self.submit(job))
+            if len(begun) > RUNS_AHEAD:
+                yield begun.popleft().result()
+        while begun:
+            yield begun.popleft().result()
 
     def submit(self, job: Job) -> Future[RunMetrics]:
         """Begin one run and do not wait for it."""

@@ -215,6 +215,8 @@ def _check_names(study: Study) -> None:
 
 def _own_layout(study: Study, name: str) -> ReaderLayout:
     key, spec = f"layouts.{name}", study.file.layouts[name]
+    if name in LAYOUTS:
+        raise StudyError("is a layout of hf_multireader_mcl already; choose another name", file=study.path, key=key)
     if "name" in spec:
         raise StudyError(f"unknown key; the layout's name is {name!r} already", file=study.path, key=f"{key}.name")
     return _checked(study.path, key, lambda: make_layout({**spec, "name": name}))

@@ -214,7 +214,9 @@ def fronts(study: Study, candidates: Candidates, answer: Answer, runs: dict[int,
     more than `fail_probability` of them; nothing is run for it.
     """
     table = boundaries(test_plan(study, len(candidates.numbers)))
-    rising = sorted(runs, key=lambda number: answer.costs[number].total_cents)
+    winner = None if answer.search.winner is None else candidates.numbers[answer.search.winner]
+    # Of equal prices the certified one first.
+    rising = sorted(runs, key=lambda number: (answer.costs[number].total_cents, number != winner))
     found = []
     for factor in sorted({1.0, *study.file.search.limit_factors}):
         requirement = study.requirement.scaled(factor)

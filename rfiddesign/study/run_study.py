@@ -107,7 +107,8 @@ def _is_begun(out: Path, digest: str) -> bool:
             if _held_hash(out / files.STUDY) != digest:
                 raise StudyError("holds another study, or this one before a change; choose another --out", file=out)
             return True
-        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        # A process killed while it claimed the folder leaves a hidden temporary file.
+        if out.exists() and (not out.is_dir() or any(not path.name.startswith(".") for path in out.iterdir())):
             raise StudyError("is not an empty folder or one of this study; choose another --out", file=out)
     except OSError as error:
         raise StudyError(f"cannot be read: {error.strerror}", file=out) from None

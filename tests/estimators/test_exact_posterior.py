@@ -24,7 +24,12 @@ HEADING = 0.5
 INCREMENTS = np.array([[40.0, 10.0, 0.0], [35.0, -20.0, 0.0], [50.0, 0.0, 0.0], [20.0, 30.0, 0.0]])
 ANTENNAS = [np.array([0]), np.array([0, 1]), np.empty(0, int), np.array([1])]
 # Where the read tags lie about their antennas, were the robot where its odometry says.
-TAG_OFFSETS = [np.array([[12.0, -20.0]]), np.array([[31.0, 4.0], [-15.0, 22.0]]), np.empty((0, 2)), np.array([[5, 40.0]])]
+TAG_OFFSETS = [
+    np.array([[12.0, -20.0]]),
+    np.array([[31.0, 4.0], [-15.0, 22.0]]),
+    np.empty((0, 2)),
+    np.array([[5, 40.0]]),
+]
 
 
 @dataclass(frozen=True)

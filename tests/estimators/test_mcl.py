@@ -85,9 +85,7 @@ def test_tracking_a_recording_is_its_steps_one_by_one_bit_for_bit(start, kind, n
 def test_verbs_return_new_states_and_leave_the_old_ones_alone():
     model = mcl.build(mcl.Mcl(), LAYOUT, AREA, DT)
     before = mcl.init(model, KnownStart((0.0, 0.0, 0.0)), KEY)
-    kept = replace(
-        before, particles=before.particles.copy(), headings=before.headings.copy(), pose=before.pose.copy()
-    )
+    kept = replace(before, particles=before.particles.copy(), headings=before.headings.copy(), pose=before.pose.copy())
     mcl.predict(model, before, np.array([10.0, 0.0, 0.1]))
     mcl.update(model, before, np.array([3]), np.array([[40.0, 10.0]]))
     mcl.track(model, before, a_recording(), 20, np.empty((121, 3)))
@@ -177,7 +175,7 @@ def test_compensation_takes_old_reads_for_what_they_are():
     """A robot that turns on the spot: the antenna that read half a step ago was half a step of turn behind."""
     n, turn, arm = 200, 0.05, 250.0
     truth = np.column_stack([np.zeros((n + 1, 2)), np.arange(n + 1) * turn])
-    at_poll = truth[:-1] + [0, 0, turn / 2]
+    at_poll = truth[:-1] + np.array([0, 0, turn / 2])
     tags = np.ascontiguousarray(compose(at_poll, np.array([arm, 0.0, 0.0]))[:, :2])
     odometry, none = np.tile([0.0, 0.0, turn], (n, 1)), np.zeros(n, np.int32)
     recording = Recording(DT, truth, odometry, np.arange(n + 1), none, none, tags, np.full(n, DT / 2))

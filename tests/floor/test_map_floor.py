@@ -1,6 +1,5 @@
 """A map becomes the floor that a robot can sweep, whatever grey it writes for unknown."""
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -137,9 +136,7 @@ def test_willow_unknown_grey_is_found_where_ros_defaults_call_it_free(willow):
 
 
 def test_willow_has_the_area_of_the_prototype(willow):
-    started = time.perf_counter()
     floor = floor_from_map(willow, 300.0)
-    assert time.perf_counter() - started < 2.0
     assert floor.area_m2 == pytest.approx(1304.0, rel=0.03)  # findings 9 and issue 2, "shown by" 7
     assert floor.navigable_m2 == pytest.approx(917.0, rel=0.03)  # findings 9
     assert floor.name == "floor"

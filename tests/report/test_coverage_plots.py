@@ -68,9 +68,10 @@ def lanes() -> Figure:
 
 
 def spacings() -> Figure:
-    shares = np.array([[0.0, 0.2, 0.6], [0.04, np.nan, 0.3]])
+    inner, outer = range(60, 191, 10), range(120, 271, 10)
+    shares = np.array([[(b - a) / 400 if b - a >= 60 else np.nan for a in inner] for b in outer])
     maps = {f"pitch {pitch} mm": shares for pitch in (150, 200, 250, 300)}
-    return plots.spacing_plot([100, 110, 120], [200, 210], maps, marked_mm=(110, 200))
+    return plots.spacing_plot(inner, outer, maps, marked_mm=(150, 250))
 
 
 FIGURES = {draw.__name__: draw for draw in (robots, floors, densities, headings, drives, lanes, spacings)}

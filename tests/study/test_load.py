@@ -21,7 +21,7 @@ TEXT = (TINY / "study.toml").read_text()
 
 def test_a_study_is_named_by_its_folder_or_its_file(tiny):
     assert load_study(tiny).file == load_study(tiny / "study.toml").file
-    assert load_study(str(tiny)).name == "tiny"
+    assert load_study(str(tiny)).name == "tiny-study"
 
 
 def test_what_the_file_does_not_say_has_the_documented_defaults(tiny):
@@ -97,6 +97,13 @@ def test_a_layout_of_one_s_own_goes_by_its_key(tiny, edit):
     assert load_study(tiny).file.layouts["pair"]["n"] == 2
     edit("n = 2", 'n = 2\nname = "cross-8"')
     with pytest.raises(StudyError, match=r"layouts.pair.name: unknown key; the layout's name is 'pair' already"):
+        load_study(tiny)
+
+
+def test_a_layout_of_one_s_own_does_not_shadow_one_of_the_paper(tiny):
+    path = tiny / "study.toml"
+    path.write_text(path.read_text() + '\n[layouts.cross-8]\nkind = "single"\n')
+    with pytest.raises(StudyError, match=r"layouts\.cross-8: is a layout of hf_multireader_mcl already"):
         load_study(tiny)
 
 

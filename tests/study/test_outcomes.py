@@ -105,5 +105,7 @@ def test_a_few_designs_are_begun_ahead_but_none_while_stored_runs_answer(table):
     outcomes.prefetch(requests)
     assert len(simulator.jobs) == 2 * (1 + DESIGNS_AHEAD)
     outcomes.passed(0, 2)
-    outcomes.prefetch(requests)
+    outcomes.prefetch([(0, 2), (50, 2)])
     assert len(simulator.jobs) == 2 * (1 + DESIGNS_AHEAD)
+    outcomes.prefetch([(0, 3), (50, 2)])
+    assert len(simulator.jobs) == 2 * (1 + DESIGNS_AHEAD) + 3
