@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from rfiddesign.models._math_kernels import (
+    atan2_64,
     binary_angle,
     exp_32,
     sin_cos,
@@ -114,7 +115,7 @@ def weighted_mean(x, y, sines, cosines, weights, out):
         sum_c += w * cosines[m]
     out[0] = x0 + sum_x / total
     out[1] = y0 + sum_y / total
-    out[2] = math.atan2(sum_s, sum_c)
+    out[2] = atan2_64(sum_s, sum_c)
 
 
 @njit(cache=True, nogil=True)
@@ -141,7 +142,7 @@ def draw_ancestors(key, step, weights, ancestors):
             ancestors[begin + k] = m
         for k in range(begin + BLOCK, end):
             ancestors[k] = m
-        begin = max(begin, end)
+        begin = end
     for k in range(begin, n):
         ancestors[k] = n - 1
 

@@ -19,6 +19,7 @@ _RAD_PER_BINARY_32 = _F(RADIANS_PER_BINARY_UNIT)
 _LOG2_E = _F(1.4426950408889634)
 _LN_2 = _F(0.6931471805599453)
 _SQRT_2 = _F(1.4142135623730951)
+_ATAN_TERMS = 18
 
 
 @njit(inline="always", cache=True, nogil=True)
@@ -121,3 +122,28 @@ def log_32(x):
     p = _F(p * f + _F(3.3333331174e-1))
     y = _F(f * z * p - _F(0.5) * z)
     return _F(f + y + _F(exponent) * _LN_2)
+
+
+@njit(cache=True, nogil=True)
+def atan2_64(y, x):
+    """Angle of the point (x, y) (float64, error below 1e-14 rad), 0 for the origin."""
+    across, along = abs(y), abs(x)
+    if across == 0.0 and along == 0.0:
+        return 0.0
+    is_steep = across > along
+    t = along / across if is_steep else across / along
+    # Below tan(pi/8) the series of the arctangent needs few terms.
+    is_large = t > 0.41421356237309503
+    t = (t - 1.0) / (t + 1.0) if is_large else t
+    t2 = t * t
+    series = 0.0
+    for k in range(_ATAN_TERMS, -1, -1):
+        series = 1.0 / (2 * k + 1) - t2 * series
+    angle = t * series
+    if is_large:
+        angle += 0.7853981633974483
+    if is_steep:
+        angle = 1.5707963267948966 - angle
+    if x < 0.0:
+        angle = 3.141592653589793 - angle
+    return -angle if y < 0.0 else angle

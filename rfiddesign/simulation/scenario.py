@@ -71,7 +71,8 @@ class Scenario:
     floor : where tags lie and robots drive.
     routes, world : see there.
     estimator : the filter on the robot.
-    start : "known": the filter starts at the true pose; "unknown": anywhere on the floor with any heading.
+    start : "known": the filter starts at the true pose; "unknown": anywhere in the box around the
+        floor's navigable part, with any heading.
     duration_s, dt_s : length of a run and of a filter step [s].
     settle_s : errors count from here on [s].
     """

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 
+from rfiddesign.models._math_kernels import atan2_64
+
 HEADINGS = ("along", "constant")
 
 
@@ -36,7 +38,7 @@ def drive(
         knots = np.column_stack([corners, headings])
     else:
         # Unwrapping makes every turn the short way round.
-        headings = np.unwrap(np.arctan2(legs[:, 1], legs[:, 0]))
+        headings = np.unwrap([atan2_64(float(y), float(x)) for x, y in legs])
         turns = np.concatenate([[0.0], np.abs(np.diff(headings)) / turn_rate])
         durations = np.column_stack([turns, lengths / speed_mm_per_s]).ravel()
         instants = np.concatenate([[0.0], np.cumsum(durations)])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numba import njit
 
 from rfiddesign.models import _math_kernels as kernels
-from rfiddesign.models._math_kernels import RADIANS_PER_BINARY_UNIT
+from rfiddesign.models._math_kernels import RADIANS_PER_BINARY_UNIT, atan2_64
 
 RNG = np.random.Generator(np.random.PCG64(1))
 
@@ -113,3 +113,13 @@ def test_small_binary_angle_agrees_with_binary_angle_to_float32():
     out = np.empty(theta.size, np.int32)
     small_binary_angle_of(theta, out)
     assert np.abs(out * RADIANS_PER_BINARY_UNIT - theta.astype(float)).max() < 4e-7
+
+
+def test_atan2_is_within_1e_14_of_the_library_in_every_direction():
+    angles = np.concatenate([np.linspace(-math.pi, math.pi, 10_001)[1:-1], np.arange(-3, 4) * math.pi / 4])
+    for angle in angles:
+        y, x = 37.0 * math.sin(angle), 37.0 * math.cos(angle)
+        assert atan2_64(y, x) == pytest.approx(math.atan2(y, x), abs=1e-14)
+    assert atan2_64(0.0, 0.0) == 0.0
+    assert atan2_64(0.0, -1.0) == math.pi
+    assert atan2_64(1e-300, 1e300) == pytest.approx(0.0, abs=1e-300)
