@@ -35,22 +35,26 @@ def check_layout(layout: ReaderLayout, antenna: shapely.Polygon, footprint: Base
     ValueError : naming the antennas (counted from 1, with x and y) and by how many mm they overlap or stick out.
     """
     outlines = antenna_outlines(layout, antenna)
-    faults = _protrusions(layout, outlines, footprint) + _overlaps(layout, outlines)
-    if faults:
-        more = f"; and {len(faults) - MAX_NAMED} more" if len(faults) > MAX_NAMED else ""
+    protruding = _protruding(outlines, footprint)
+    overlaps = _overlaps(layout, outlines)
+    n_faults = len(protruding) + len(overlaps)
+    if n_faults:
+        faults = [_protrusion(layout, outlines, footprint, index) for index in protruding[:MAX_NAMED]] + overlaps
+        more = f"; and {n_faults - MAX_NAMED} more" if n_faults > MAX_NAMED else ""
         raise ValueError(f"layout {layout.name}: {'; '.join(faults[:MAX_NAMED])}{more}")
 
 
-def _protrusions(layout: ReaderLayout, outlines: NDArray, footprint: BaseGeometry) -> list[str]:
+def _protruding(outlines: NDArray, footprint: BaseGeometry) -> NDArray[np.int64]:
     allowed = footprint.buffer(TOLERANCE_MM, join_style="mitre")
     shapely.prepare(allowed)
-    faults = []
-    for index in np.flatnonzero(~shapely.covers(allowed, outlines)):
-        # Close points along the border find how far an edge bulges over a notch of the footprint, too.
-        border = shapely.segmentize(outlines[index], 1.0)
-        depth = shapely.distance(footprint, shapely.points(shapely.get_coordinates(border))).max()
-        faults.append(f"antenna {_named(layout, index)} sticks out of the footprint by {depth:.3g} mm")
-    return faults
+    return np.flatnonzero(~shapely.covers(allowed, outlines))
+
+
+def _protrusion(layout: ReaderLayout, outlines: NDArray, footprint: BaseGeometry, index: int) -> str:
+    # Close points along the border find how far an edge bulges over a notch of the footprint, too.
+    border = shapely.segmentize(outlines[index], 1.0)
+    depth = shapely.distance(footprint, shapely.points(shapely.get_coordinates(border))).max()
+    return f"antenna {_named(layout, index)} sticks out of the footprint by {depth:.3g} mm"
 
 
 def _overlaps(layout: ReaderLayout, outlines: NDArray) -> list[str]:

@@ -3,6 +3,7 @@
 A screen cuts work, not error: what it removes was never tested, so that every claim is about the designs it left.
 """
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,22 +28,23 @@ class Screen:
     n_removed: int
 
 
-def expected_reads(designs: tuple[Design, ...]) -> np.ndarray:
+def expected_reads(designs: tuple[Design, ...], mapped: Callable[..., Iterable] = map) -> np.ndarray:
     """Expected reads per poll of all readers of each design, over lattice phases and headings, shape (n,).
 
-    A mean does not ask how readers depend on each other: it is the number of readers times one reader's.
+    A mean does not ask how readers depend on each other: it is the number of readers times one reader's.  `mapped` is
+    `map`, or one that uses several cores.
     """
     one = single()
-    per_reader: dict[tuple, float] = {}
-    for design in designs:
-        key = (design.antenna.area, design.pattern)
-        if key not in per_reader:
-            per_reader[key] = coverage(one, *key).expected_reads
-    return np.array([d.layout.n_readers * per_reader[(d.antenna.area, d.pattern)] for d in designs])
+    views = list(dict.fromkeys((design.antenna.area, design.pattern) for design in designs))
+    found = mapped(lambda view: coverage(one, *view).expected_reads, views)
+    per_reader = dict(zip(views, found, strict=True))
+    return np.array([d.layout.n_readers * per_reader[d.antenna.area, d.pattern] for d in designs])
 
 
-def screen_by_reads(designs: tuple[Design, ...], minimum: float) -> tuple[np.ndarray, Screen]:
+def screen_by_reads(
+    designs: tuple[Design, ...], minimum: float, mapped: Callable[..., Iterable] = map
+) -> tuple[np.ndarray, Screen]:
     """Which designs (bool, shape (n,)) expect at least `minimum` reads per poll, and the screen as declared."""
-    is_kept = expected_reads(designs) >= minimum if minimum > 0 else np.ones(len(designs), bool)
+    is_kept = expected_reads(designs, mapped) >= minimum if minimum > 0 else np.ones(len(designs), bool)
     rule = f"fewer than {minimum:g} expected reads per poll of all readers"
     return is_kept, Screen(rule, "heuristic", int(np.count_nonzero(~is_kept)))

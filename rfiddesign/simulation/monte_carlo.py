@@ -2,11 +2,11 @@
 
 import os
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Self
+from typing import Self, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,9 @@ MAX_SEED = 2**63 - 1
 MAX_ROUTES_KEPT = 2_000
 # Runs begun before their turn: enough for many cores, few enough for a million runs to be asked for.
 RUNS_AHEAD = 256
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -81,9 +84,9 @@ class Simulator:
         """Begin one run and do not wait for it."""
         return self._pool.submit(self._score, job)
 
-    def n_tags(self, patterns: Iterable[TagPattern]) -> Iterator[int]:
-        """Number of tags that each pattern lays into the scenario's floor."""
-        return self._pool.map(lambda pattern: self._tags.lay(pattern, self.scenario.floor).n_tags, patterns)
+    def map(self, function: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+        """As `map`, on the workers."""
+        return self._pool.map(function, items)
 
     def tags(self, pattern: TagPattern) -> TagMap:
         """The tags of a pattern on the scenario's floor."""

@@ -136,12 +136,14 @@ def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: 
     if not built:
         raise StudyError(f"no design can be built: {misfits[0].reason}", file=study.path, key="space")
     on_stage(Stage(f"screening {len(built):,} designs by what their antennas see"))
-    is_kept, screen = screen_by_reads(tuple(designs[i] for i in built), study.file.search.min_expected_reads)
+    minimum = study.file.search.min_expected_reads
+    is_kept, screen = screen_by_reads(tuple(designs[i] for i in built), minimum, simulator.map)
     numbers = tuple(i for i, kept in zip(built, is_kept, strict=True) if kept)
     if not numbers:
         raise StudyError(f"every design has {screen.rule}", file=study.path, key="search.min_expected_reads")
     on_stage(Stage(f"laying tags for {len(space.patterns)} patterns"))
-    n_tags = dict(zip(space.patterns, simulator.n_tags(space.patterns), strict=True))
+    counts = simulator.map(lambda pattern: simulator.tags(pattern).n_tags, space.patterns)
+    n_tags = dict(zip(space.patterns, counts, strict=True))
     return Candidates(
         space, misfits, (screen,), numbers, {i: designs[i] for i in numbers},
         {i: n_tags[designs[i].pattern] for i in numbers},

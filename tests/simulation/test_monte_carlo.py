@@ -112,6 +112,10 @@ def test_a_pattern_larger_than_what_is_kept_still_works():
 def test_tags_lie_on_the_drivable_floor():
     with Simulator(SCENARIO, 0, 1) as simulator:
         tags = simulator.tags(make_pattern("triangular", tags_per_m2=30.0))
-        assert list(simulator.n_tags([make_pattern("triangular", tags_per_m2=30.0)])) == [tags.n_tags]
+        assert list(
+            simulator.map(
+                lambda pattern: simulator.tags(pattern).n_tags, [make_pattern("triangular", tags_per_m2=30.0)]
+            )
+        ) == [tags.n_tags]
     assert shapely.intersects_xy(FLOOR.drivable.buffer(0.01), tags.nominal_x, tags.nominal_y).all()
     assert tags.n_tags == pytest.approx(30 * FLOOR.area_m2, rel=0.05)
