@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from rfiddesign import require
 from rfiddesign.geometry.areas import Disc
 
+MAX_STEPS = 200
+
 
 @dataclass(frozen=True)
 class Ellipse:
@@ -56,8 +58,8 @@ def _distance_to_ellipse(x: NDArray, y: NDArray, semi_x: float, semi_y: float) -
 
     The nearest border point is (a^2 x / (a^2 + t), b^2 y / (b^2 + t)) where the largest root t of
     f(t) = (a x / (a^2 + t))^2 + (b y / (b^2 + t))^2 - 1 puts it on the ellipse (Eberly, "Distance from a point to an
-    ellipse"). f falls and is convex, so that Newton's method climbs to the root from any t below it; where one
-    of the squares is 1 the root is at most sqrt(2) of its denominator away, so a few steps reach rounding.
+    ellipse"). f falls and is convex, so that Newton's method climbs to the root from any t below it. On flat ellipses
+    the root may be many times the first denominator away; a step then makes it half as large again.
     """
     if semi_x < semi_y:
         x, y, semi_x, semi_y = y, x, semi_y, semi_x
@@ -65,9 +67,14 @@ def _distance_to_ellipse(x: NDArray, y: NDArray, semi_x: float, semi_y: float) -
     y = np.maximum(y, 1e-12 * semi_y)
     gap = semi_x**2 - semi_y**2
     below = np.maximum(semi_y * y, semi_x * x - gap)  # b^2 + t, kept as one number since t cancels near y = 0
-    for _ in range(12):
+    for _ in range(MAX_STEPS):
         cosine = semi_x * x / (below + gap)
         sine = semi_y * y / below
         slope = cosine**2 / (below + gap) + sine**2 / below
-        below = below + (cosine**2 + sine**2 - 1) / (2 * slope)
+        step = (cosine**2 + sine**2 - 1) / (2 * slope)
+        # What has arrived stays, so that a point's distance does not depend on its company.
+        is_climbing = step > 4 * np.finfo(float).eps * below
+        if not np.any(is_climbing):
+            break
+        below = np.where(is_climbing, below + step, below)
     return np.hypot(x - semi_x**2 * x / (below + gap), y - semi_y**2 * y / below)

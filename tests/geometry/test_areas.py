@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 import shapely
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rfiddesign.geometry import (
@@ -113,6 +113,7 @@ def test_the_moments_of_a_turned_rectangle_as_a_polygon_are_exact(length, width,
     np.testing.assert_allclose(polygon.centroid_mm, (shift, shift), rtol=1e-9)
 
 
+@example(semi_x=90.0, semi_y=1.0, angle=1 / 64, step=0.0)
 @given(sizes, sizes, st.floats(-math.pi, math.pi), st.floats(-1, 1))
 def test_a_step_along_the_normal_of_an_ellipse_is_its_signed_distance(semi_x, semi_y, angle, step):
     # Inward this holds up to the smallest radius of curvature, b^2 / a.
