@@ -52,7 +52,10 @@ class Evaluation:
         return sum(run.n_steps for run in self.runs)
 
     def metrics(self) -> dict[str, Mean]:
-        """Mean and standard error of every metric over the runs; shares of converged and passed runs."""
+        """Mean and standard error of every metric over the runs; shares of converged and passed runs.
+
+        `convergence_s` is the mean over the runs that converged.
+        """
         columns = {name: [getattr(run, name) for run in self.runs] for name in AVERAGED_METRICS}
         columns["converged_share"] = [float(math.isfinite(run.convergence_s)) for run in self.runs]
         times = [run.convergence_s for run in self.runs if math.isfinite(run.convergence_s)]

@@ -87,14 +87,17 @@ class Requirement:
 
 
 def convergence_time(position_mm: np.ndarray, heading_rad: np.ndarray, dt_s: float) -> float:
-    """Time [s] after which the errors (n,), one per step, first stay within the bounds of convergence for a second."""
+    """Time [s] after which the errors (n,), one per step, first stay within the bounds of convergence for a second.
+
+    The first error is that at time `dt_s`, after the first step.
+    """
     is_inside = is_localized(position_mm, heading_rad)
     hold = max(1, round(CONVERGED_HOLD_S / dt_s))
     if is_inside.size < hold:
         return float("inf")
     held = np.cumsum(np.concatenate([[0], is_inside]))
     first = np.flatnonzero(held[hold:] - held[:-hold] == hold)
-    return float(first[0] * dt_s) if first.size else float("inf")
+    return float((first[0] + 1) * dt_s) if first.size else float("inf")
 
 
 def is_localized(position_mm: np.ndarray, heading_rad: np.ndarray) -> np.ndarray:

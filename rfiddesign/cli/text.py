@@ -21,14 +21,18 @@ def _answer_lines(answer: AnswerRecord, names: dict[int, str], result: StudyResu
     if answer.winner is None:
         return [f"{robots}: no design certified: {answer.claim_words}"]
     winner, test = answer.winner, result.test
-    n_undecided = len(answer.undecided)
+    certainty = (
+        f" ({len(answer.undecided)} undecided)"
+        if answer.undecided
+        else f"; none of them holds in {test.hold_probability:.0%} of drives (chance of error at most"
+        f" {test.alpha_refute:.1%})"
+    )
     lines = [
         f"{robots}: {names[winner.design]}",
         f"  price        {money(winner.cost_cents, answer.currency)}",
         f"  certificate  {winner.n_passed:,} of {winner.n_runs:,} drives kept the limits: in more than "
         f"{test.fail_probability:.0%} of drives they hold (chance of error at most {test.alpha_certify:.1%})",
-        f"  claim        {answer.claim}: {answer.claim_words}"
-        + (f" ({n_undecided} undecided)" if n_undecided else f" (chance of error at most {test.alpha_refute:.1%})"),
+        f"  claim        {answer.claim}: {answer.claim_words}{certainty}",
     ]
     for design in answer.runners_up:
         lines.append(f"  next best    {names[design.design]}, {money(design.cost_cents, answer.currency)}")
@@ -69,8 +73,8 @@ def evaluation_lines(summary: dict[str, Any]) -> list[str]:
             mean, stderr, unit = mean * DEG_PER_RAD, stderr and stderr * DEG_PER_RAD, " (deg)"
         spread = "" if stderr is None else f" +- {stderr:.3g}"
         lines.append(f"  {name.replace('_rad', '') + unit:24} {mean:10.4g}{spread}")
-    for n_robots, price in summary["price_by_robots"].items():
-        lines.append(f"  price for {n_robots} robots: {money(round(price * CENTS_PER_UNIT), summary['currency'])}")
+    for n_robots, price in summary["price_cents_by_robots"].items():
+        lines.append(f"  price for {n_robots} robots: {money(price, summary['currency'])}")
     return lines
 
 

@@ -16,7 +16,7 @@ from rfiddesign.models.recording import Recording
 
 MAX_PARTICLES = 1_000_000
 # The compiled noise of a step's turn must stay below half a turn, at 5.8 sigma.
-_MAX_TURN_DEVIATION = 0.5
+MAX_TURN_DEVIATION = 0.5
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def build(settings: Mcl, layout: ReaderLayout, area: DetectionArea, dt_s: float)
     ValueError : if the motion's noise turns the robot by more than 0.5 rad (one sigma) within a step.
     """
     deviations = np.array(settings.motion.step_deviations(dt_s))
-    require.within("noise_heading_rad_per_s times dt_s", float(deviations[2]), low=0.0, high=_MAX_TURN_DEVIATION)
+    require.within("noise_heading_rad_per_s times dt_s", float(deviations[2]), low=0.0, high=MAX_TURN_DEVIATION)
     poses = np.asarray(layout.poses_mm, float)
     # Eq. 6 measures from the antenna's centre, which is the area's centroid for every symmetric antenna.
     centre = np.asarray(area.centroid_mm, float)

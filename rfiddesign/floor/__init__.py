@@ -12,6 +12,7 @@ from rfiddesign.floor.map_floor import (
     unknown_peak,
 )
 from rfiddesign.floor.plan import Floor, floor_from_polygon, rectangle_floor
+from rfiddesign.floor.prepared import prepared_copy
 from rfiddesign.floor.ros_map import OccupancyMap, read_ros_map
 from rfiddesign.floor.routes import free_way, random_route
 from rfiddesign.floor.tag_map import TagMap, build_tag_map, visible_tags, write_tags_csv
@@ -31,6 +32,7 @@ __all__ = [
     "floor_from_map",
     "floor_from_polygon",
     "free_way",
+    "prepared_copy",
     "random_route",
     "read_ros_map",
     "rectangle_floor",

@@ -157,7 +157,7 @@ def area_sensitivity(
             if value != getattr(chosen, field):
                 changed = replace(chosen, **{field: value})
                 rows.append(_area_row(field, value, occupancy_map, footprint_radius_mm, changed))
-    for radius in (footprint_radius_mm + step for step in (-50.0, -20.0, 20.0, 50.0)):
+    for radius in (footprint_radius_mm + step * occupancy_map.pixel_mm for step in (-1.0, -0.5, 0.5, 1.0)):
         if radius > 0.0:
             rows.append(_area_row("footprint_radius_mm", radius, occupancy_map, radius, chosen))
     return tuple(rows)

@@ -9,6 +9,7 @@ import shapely
 from shapely.geometry import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from rfiddesign.floor.prepared import prepared_copy
 from rfiddesign.units import MM2_PER_M2
 
 CORNER_SHARE = 0.22  # of the radius squared: a right-angled corner that a disc misses is 1 - pi/4 of it
@@ -39,12 +40,12 @@ class Floor:
 
     def __post_init__(self) -> None:
         for argument in ("drivable", "navigable"):
-            polygon = getattr(self, argument)
-            _check_polygonal(argument, polygon)
-            # GEOS builds a polygon's index at the first question; two threads that ask first would both build it.
-            shapely.prepare(polygon)
-            shapely.contains_xy(polygon, 0.0, 0.0)
-            shapely.intersects_xy(polygon, 0.0, 0.0)
+            _check_polygonal(argument, getattr(self, argument))
+
+    @cached_property
+    def navigable_index(self) -> BaseGeometry:
+        """An indexed copy of `navigable`; only for `routes`, which asks it from one thread at a time."""
+        return prepared_copy(self.navigable)
 
     @property
     def area_m2(self) -> float:

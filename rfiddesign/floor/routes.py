@@ -1,6 +1,7 @@
 """Random routes inside a floor: straight legs that the robot's centre can drive."""
 
 import math
+from threading import Lock
 
 import numpy as np
 import shapely
@@ -11,6 +12,7 @@ from rfiddesign.floor.plan import Floor
 N_STARTS = 64  # drawn at a time
 N_OBLIQUE = 4  # directions tried at a time
 MAX_LEGS = 20_000
+_ASKING = Lock()  # see prepared_copy
 WALL_SHARE = 0.99  # of the free way at most: waypoints never touch a wall
 
 
@@ -131,10 +133,10 @@ def _random_start(floor: Floor, rng: np.random.Generator) -> np.ndarray:
     """A uniform point inside `floor.navigable`; where it fills next to nothing of its box, some point inside."""
     x_low, y_low, x_high, y_high = floor.navigable.bounds
     low, extent = np.array([x_low, y_low]), np.array([x_high - x_low, y_high - y_low])
-    shapely.prepare(floor.navigable)
     for _ in range(100):
         points = low + extent * rng.random((N_STARTS, 2))
-        is_inside = shapely.contains_xy(floor.navigable, points)
+        with _ASKING:
+            is_inside = shapely.contains_xy(floor.navigable_index, points)
         if is_inside.any():
             return points[is_inside.argmax()]
     return shapely.get_coordinates(floor.navigable.representative_point())[0]

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from shapely.geometry.base import BaseGeometry
 
 from rfiddesign import require
+from rfiddesign.floor import prepared_copy
 from rfiddesign.geometry.lattice import Lattice, in_reading_order
 from rfiddesign.geometry.random_points import hard_core_points, largest_min_distance, lattice_uniform
 from rfiddesign.units import MM2_PER_M2
@@ -132,8 +133,7 @@ class ListedPattern:
         return MM2_PER_M2 * len(self.points_mm) / hull_mm2 if hull_mm2 > 0 else math.nan
 
     def lay(self, region: BaseGeometry) -> NDArray[np.float64]:
-        shapely.prepare(region)
-        return in_reading_order(self.points_mm[shapely.intersects_xy(region, self.points_mm)])
+        return in_reading_order(self.points_mm[shapely.intersects_xy(prepared_copy(region), self.points_mm)])
 
 
 def make_pattern(

@@ -8,6 +8,8 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.geometry.base import BaseGeometry
 
+from rfiddesign.floor import prepared_copy
+
 
 @dataclass(frozen=True)
 class PolygonArea:
@@ -35,9 +37,7 @@ class PolygonArea:
 
     @cached_property
     def _outline(self) -> shapely.Polygon:
-        polygon = shapely.Polygon(self.vertices_mm)
-        shapely.prepare(polygon)
-        return polygon
+        return shapely.Polygon(self.vertices_mm)
 
     @property
     def area_mm2(self) -> float:
@@ -74,7 +74,7 @@ class PolygonArea:
 def covers(outline: BaseGeometry, points: ArrayLike) -> NDArray[np.bool_]:
     """Tell for points (..., 2) whether they lie in `outline` or on its border."""
     points = np.asarray(points, dtype=np.float64)
-    return shapely.intersects_xy(outline, points[..., 0], points[..., 1])
+    return shapely.intersects_xy(prepared_copy(outline), points[..., 0], points[..., 1])
 
 
 def signed_distance(outline: BaseGeometry, points: ArrayLike) -> NDArray[np.float64]:

@@ -49,9 +49,7 @@ class ProbabilityMap:
     @cached_property
     def _outline(self) -> BaseGeometry:
         (x, y), half = self._detecting_cells.T, self.cell_mm / 2
-        outline = shapely.union_all(shapely.box(x - half, y - half, x + half, y + half))
-        shapely.prepare(outline)
-        return outline
+        return shapely.union_all(shapely.box(x - half, y - half, x + half, y + half))
 
     @property
     def area_mm2(self) -> float:

@@ -7,6 +7,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
+from rfiddesign.floor import prepared_copy
 from rfiddesign.geometry.lattice import MAX_POINTS, Lattice, in_reading_order
 
 #: Candidates per tile: many enough that a stream of its own costs little, few enough to follow a floor's border.
@@ -39,6 +40,7 @@ def hard_core_points(
             f"number of random tags = {region.area * points_per_mm2:.3g}: must be at most "
             f"{MAX_POINTS * points_per_mm2 / density:.3g}; lower the density or cut the area"
         )
+    region = prepared_copy(region)
     candidates, mark = _candidates(region, min_distance, density, seed)
     # scipy.spatial takes longer to import than most patterns to lay.
     from scipy.spatial import cKDTree
@@ -91,5 +93,4 @@ def _tiles_near(region: BaseGeometry, margin: float, side: float) -> NDArray[np.
     tiles = np.unique(np.concatenate([inside, (along[:, None, :] + beside).reshape(-1, 2)]), axis=0)
     low = tiles * side
     boxes = shapely.box(low[:, 0], low[:, 1], low[:, 0] + side, low[:, 1] + side)
-    shapely.prepare(region)
     return tiles[shapely.dwithin(region, boxes, margin)]

@@ -1,5 +1,6 @@
 """The detection area in the form that the compiled run asks: a rounded rectangle, or a table of read probability."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ class ReadField(NamedTuple):
     cell_mm: float
 
 
+@lru_cache(maxsize=64)
 def read_field(area: DetectionArea) -> ReadField:
     """The read field of a detection area: exact for disc, rectangle and rounded rectangle, tabulated for the rest."""
     empty = np.zeros((0, 0), np.float32)

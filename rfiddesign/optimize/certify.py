@@ -70,8 +70,8 @@ class TestPlan:
     alpha_refute : bound on the chance that a given design with p >= p0 is ever refuted.
     alpha_certify : bound on the chance that any of the N designs with p <= p1 is ever certified.
     max_runs : runs spent on one design at most; a design open at that point is undecided. The cap costs power, never
-        validity. With 1000 designs and the defaults, up to 68 % of designs between p1 and p0 end undecided at 1000 runs
-        and up to 2.3 % at 2000, for at most 40 % more runs on such a design.
+        validity. With 1000 designs and the defaults, up to 70 % of designs between p1 and p0 end undecided at 1000 runs
+        and up to 2.3 % at 2000, for some 40 % more runs on such a design.
     is_alpha_split : False certifies each design at the whole ``alpha_certify``. That is wrong for more than one design
         and exists to show how wrong.
 

@@ -108,6 +108,10 @@ def not_promised(contents: Contents) -> tuple[str, ...]:
     else:
         sentences.append("Anything about designs outside the space that was searched.")
     sentences.append(
+        "That all statements hold at once: each size of fleet, and each line of the table of other limits, has its own"
+        " chance of error."
+    )
+    sentences.append(
         "That prices hold, or that no dearer design is better. Chances are meant over repeated studies with fresh"
         " seeds; they do not depend on when the search stopped."
     )

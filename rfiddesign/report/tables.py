@@ -148,12 +148,12 @@ def neighbour_table(contents: Contents, answer: Answer) -> Table:
 
 
 def error_words(contents: Contents, decision: DecisionRecord, metric: str) -> str:
-    """Mean of an error metric over a design's runs; "at least" where runs were stopped before their end."""
+    """Mean of an error metric over a design's runs; marked where runs were stopped before their end."""
     design = contents.design(decision)
     if metric not in design.metrics:
         return "–"
     value = metric_value(metric, design.metrics[metric].mean)
-    return f"at least {value}" if design.n_complete < design.n_runs else value
+    return f"{value} (some drives cut short)" if design.n_complete < design.n_runs else value
 
 
 def front_table(result: StudyResult) -> Table:

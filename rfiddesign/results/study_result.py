@@ -108,7 +108,7 @@ class DesignRecord(Record):
     """A design that was tested, with what its consumed runs measured.
 
     `n_complete` of the `n_runs` runs went to their end; the others were stopped once they had certainly failed, and the
-    errors in `metrics` (means over all runs) are then at least those given.
+    errors in `metrics` (means over all runs) are then those up to the stop.
     """
 
     number: int

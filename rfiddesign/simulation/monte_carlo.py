@@ -20,8 +20,8 @@ from rfiddesign.simulation.scenario import Scenario
 
 # What a compiled key holds.
 MAX_SEED = 2**63 - 1
-# 2,000 runs of a minute at 50 ms are 58 MB.
-MAX_ROUTES_KEPT = 2_000
+# True poses of 2,000 runs of a minute at 50 ms.
+BYTES_OF_POSES_KEPT = 60_000_000
 # Runs begun before their turn: enough for many cores, few enough for a million runs to be asked for.
 RUNS_AHEAD = 256
 
@@ -60,8 +60,9 @@ class Simulator:
         self.scenario = scenario
         self.seed = seed
         self.stop_at = stop_at
-        self._tags = InstalledTags()
-        self._poses = lru_cache(maxsize=MAX_ROUTES_KEPT)(self._draw_poses)
+        self._tags = InstalledTags(scenario.floor)
+        n_kept = BYTES_OF_POSES_KEPT // (3 * 8 * (scenario.n_steps + 1))
+        self._poses = lru_cache(maxsize=max(n_kept, 2))(self._draw_poses)
         self._pool = ThreadPoolExecutor(n_workers or os.cpu_count() or 1)
 
     def __enter__(self) -> Self:
@@ -90,7 +91,7 @@ class Simulator:
 
     def tags(self, pattern: TagPattern) -> TagMap:
         """The tags of a pattern on the scenario's floor."""
-        return self._tags.lay(pattern, self.scenario.floor)
+        return self._tags.lay(pattern)
 
     def trace(self, job: Job) -> Trace:
         """One run step by step, completed whatever happens."""

@@ -17,6 +17,8 @@ from rfiddesign.simulation.trajectory import drive, route_length_mm
 
 # Steps between two looks at whether the run has certainly failed.
 STEPS_PER_LOOK = 100
+# Keeps a run's route apart from whatever else is drawn from the study's seed, such as the tags of a random pattern.
+ROUTE_STREAM = 1
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Trace:
 
 def true_poses(scenario: Scenario, seed: int, run: int) -> np.ndarray:
     """Poses (n_steps + 1, 3) of run `run`, the same for every design."""
-    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, run))))
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(ROUTE_STREAM, run))))
     routes = scenario.routes
     is_aligned = bool(rng.random() < routes.aligned_share)
     speed = float(rng.choice(np.asarray(routes.speeds_mm_per_s)))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from rfiddesign import require
-from rfiddesign.estimators.mcl import Mcl
+from rfiddesign.estimators.mcl import MAX_TURN_DEVIATION, Mcl
 from rfiddesign.floor import Floor
 from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.models.reads import ReadModel
@@ -91,6 +91,9 @@ class Scenario:
             raise ValueError(f"start is {self.start!r}, must be one of {', '.join(STARTS)}")
         require.within("dt_s", self.dt_s, low=1e-4, high=10.0)
         require.within("duration_s", self.duration_s, low=self.dt_s, high=self.dt_s * MAX_STEPS)
+        for whose, motion in (("world", self.world.motion), ("estimator", self.estimator.motion)):
+            turn = motion.noise_heading_rad_per_s * self.dt_s
+            require.within(f"{whose}: noise_heading_rad_per_s times dt_s", turn, low=0.0, high=MAX_TURN_DEVIATION)
         require.within("settle_s", self.settle_s, low=0.0, high=self.duration_s - self.dt_s)
 
     @property

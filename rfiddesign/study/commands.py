@@ -60,16 +60,12 @@ def evaluate_study(study: Study, n_runs: int, n_workers: int | None, on_run: Cal
     scenario = scenario_of(study, floor)
     n_tags = len(design.pattern.lay(floor.drivable))
     prices = {
-        str(n): price_design(study, design, n_tags, Site(n, floor.area_m2)).total_cents / 100
-        for n in study.file.fleet.robots
+        str(n): price_design(study, design, n_tags, Site(n, floor.area_m2)).total_cents for n in study.file.fleet.robots
     }
-    try:
-        evaluation = evaluate(
-            design, scenario, n_runs, seed=study.file.seed, requirement=study.requirement, n_workers=n_workers,
-            on_run=on_run,
-        )  # fmt: skip
-    except ValueError as error:
-        raise StudyError(str(error), file=study.path) from None
+    evaluation = evaluate(
+        design, scenario, n_runs, seed=study.file.seed, requirement=study.requirement, n_workers=n_workers,
+        on_run=on_run,
+    )  # fmt: skip
     return {
         "design": design.name,
         "start": scenario.start,
@@ -79,7 +75,7 @@ def evaluate_study(study: Study, n_runs: int, n_workers: int | None, on_run: Cal
         "steps": evaluation.n_steps,
         "n_particles": evaluation.n_particles,
         "n_tags": n_tags,
-        "price_by_robots": prices,
+        "price_cents_by_robots": prices,
         "currency": study.prices.currency,
         "wall_s": evaluation.wall_s,
     }
@@ -88,8 +84,8 @@ def evaluate_study(study: Study, n_runs: int, n_workers: int | None, on_run: Cal
 def coverage_of_study(study: Study) -> dict[str, Any]:
     """What the antennas of the study's design at hand see of its tags."""
     design = _buildable_design(study)
-    record = coverage_record(design)
     aliased, corridors = blind_records(design)
+    record = coverage_record(design, (*aliased, *corridors))
     return {
         "design": design.name,
         "antennas_mm": [[pose.x_mm, pose.y_mm, pose.yaw_rad] for pose in antenna_poses(design)],

@@ -120,10 +120,9 @@ class WorldSection(Section):
     installation_error_mm: Annotated[float, Field(ge=0, le=1000)] = 0.0
 
 
-class EstimatorSection(Section):
-    """The filter on the robot, and what it believes."""
+class MclSection(Section):
+    """Monte-Carlo localization, and what it believes of the robot."""
 
-    name: Literal["mcl"] = "mcl"
     likelihood: Literal["gaussian", "combination"] = "combination"
     sigma_per_radius: Annotated[float, Field(ge=0.01, le=100)] = 1.1
     beta: Annotated[float, Field(gt=0, le=1)] = 0.3
@@ -197,6 +196,7 @@ class StudyFile(Section):
 
     title: Annotated[str, Field(min_length=1, max_length=200)]
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    estimator: Literal["mcl"] = Field("mcl", description="the filter on the robots, set by the table of its name")
     prices: Name = Field("prices.toml", description="price list, relative to the study file")
     floor: FloorSection
     robot: RobotSection = RobotSection()
@@ -204,7 +204,7 @@ class StudyFile(Section):
     requirement: RequirementSection
     scenario: ScenarioSection = ScenarioSection()
     world: WorldSection = WorldSection()
-    estimator: EstimatorSection = EstimatorSection()
+    mcl: MclSection = MclSection()
     design: DesignSection = DesignSection()
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")
     space: SpaceSection

@@ -138,11 +138,10 @@ def blind_records(design: Design) -> tuple[tuple[Aliasing, ...], tuple[Aliasing,
     return aliased_headings(*seen, limit_mm=BLIND_LIMIT_MM), blind_corridors(*seen, limit_mm=BLIND_LIMIT_MM)
 
 
-def coverage_record(design: Design) -> records.CoverageRecord:
-    """What the antennas of a design see of its tags."""
+def coverage_record(design: Design, blind: tuple[Aliasing, ...]) -> records.CoverageRecord:
+    """What the antennas of a design see of its tags, with a warning for each of its blind lanes."""
     seen = (design.layout, design.antenna.area, design.pattern)
     total = coverage(*seen)
-    aliased, corridors = blind_records(design)
     return records.CoverageRecord(
         k_coverage=[rounded(share) for share in total.k_coverage],
         expected_reads=rounded(total.expected_reads),
@@ -158,7 +157,7 @@ def coverage_record(design: Design) -> records.CoverageRecord:
             )
             for drive in blind_distances(*seen, limit_mm=BLIND_LIMIT_MM)
         ],
-        warnings=[found.message for found in (*aliased, *corridors)],
+        warnings=[found.message for found in blind],
     )
 
 
@@ -211,8 +210,13 @@ def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
         decisions=[decision(index) for index in search.order],
         n_runs_used=search.n_runs_used,
         fronts=[_front(findings, answer, front) for front in found],
-        coverage=None if winner is None else coverage_record(findings.candidates.designs[winner]),
+        coverage=None if winner is None else _coverage(findings.candidates.designs[winner]),
     )
+
+
+def _coverage(design: Design) -> records.CoverageRecord:
+    aliased, corridors = blind_records(design)
+    return coverage_record(design, (*aliased, *corridors))
 
 
 def _front(findings: Findings, answer: Answer, front: Front) -> records.FrontRecord:

@@ -21,6 +21,7 @@ from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.models.reads import ReadModel
 from rfiddesign.optimize import Space
+from rfiddesign.simulation.run import true_poses
 from rfiddesign.simulation.scenario import Routes, Scenario, World
 from rfiddesign.study.config import FloorSection, NoiseSection, PriceEntry, PriceFile, RequirementSection, StudyFile
 from rfiddesign.study.overrides import apply_overrides
@@ -100,7 +101,7 @@ def design_of(study: Study) -> Design:
     return Design(
         layout_of(study, section.layout, "design.layout"),
         _checked(study.path, "design.antenna", lambda: antenna(section.antenna)),
-        _pattern(study, section.pattern, tags_per_m2=density, pitch_mm=section.pitch_mm),
+        _pattern(study, "design.pattern", section.pattern, tags_per_m2=density, pitch_mm=section.pitch_mm),
     )
 
 
@@ -114,7 +115,9 @@ def space_of(study: Study) -> Space:
     layouts = tuple(layout_of(study, name, "space.layout") for name in section.layout)
     known = antennas()
     patterns = tuple(
-        _pattern(study, kind, tags_per_m2=density) for kind in section.pattern for density in section.tags_per_m2
+        _pattern(study, "space.pattern", kind, tags_per_m2=density)
+        for kind in section.pattern
+        for density in section.tags_per_m2
     )
     return _checked(
         study.path, "space", lambda: Space(layouts, tuple(known[name] for name in section.antenna), patterns)
@@ -162,12 +165,15 @@ def scenario_of(study: Study, floor: Floor) -> Scenario:
         dt_s=section.dt_s,
         settle_s=settle_s,
     )
-    return _checked(study.path, "scenario", build)
+    scenario = _checked(study.path, "scenario", build)
+    # A floor too small for a route of that length is found here, before anything is written.
+    _checked(study.path, "floor", lambda: true_poses(scenario, file.seed, 0))
+    return scenario
 
 
 def estimator_of(file: StudyFile) -> Mcl:
     """The filter on the robot."""
-    section = file.estimator
+    section = file.mcl
     return Mcl(
         likelihood=DistanceLikelihood(section.likelihood, section.sigma_per_radius, section.beta),
         motion=_motion(section.odometry or file.world.odometry),
@@ -236,8 +242,8 @@ def _motion(section: NoiseSection) -> OmnidirectionalMotion:
     return OmnidirectionalMotion(section.noise_mm_per_s, section.noise_mm_per_s, section.noise_rad_per_s)
 
 
-def _pattern(study: Study, kind: str, **density: float | None) -> TagPattern:
-    return _checked(study.path, "pattern", lambda: make_pattern(kind, seed=study.file.seed, **density))
+def _pattern(study: Study, key: str, kind: str, **density: float | None) -> TagPattern:
+    return _checked(study.path, key, lambda: make_pattern(kind, seed=study.file.seed, **density))
 
 
 def _price_list(path: Path) -> PriceList:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rfiddesign import __version__
+from rfiddesign.catalog import antennas
 from rfiddesign.cost import Cost, Site, cost
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
@@ -33,6 +34,8 @@ from rfiddesign.study.outcomes import StoredOutcomes, StoredRuns
 
 # Fewer runs say nothing of a share as high as those asked for.
 FRONT_RUNS = 16
+# Raise it with every change of the program that changes what a run measures: stored runs must not mix with new ones.
+RUNS_FORMAT = 1
 
 # Sums of cents must fit 64 bits.
 MAX_CENTS = 10**18
@@ -105,9 +108,9 @@ OnStage = Callable[[Stage], None]
 
 
 def study_hash(study: Study) -> str:
-    """Hash of everything that the answer depends on: study, prices, map and version of the program."""
+    """Hash of everything that the answer depends on: study, prices, catalog, map and version of the program."""
     digest = hashlib.sha256()
-    parts = [__version__, study.file.model_dump_json(), repr(study.prices)]
+    parts = [__version__, str(RUNS_FORMAT), repr(antennas()), study.file.model_dump_json(), repr(study.prices)]
     for part in parts:
         digest.update(part.encode())
         digest.update(b"\0")

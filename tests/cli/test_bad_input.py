@@ -191,8 +191,8 @@ def test_a_folder_without_write_permission_is_refused(cli, tiny):
         (["--set", "pattern=hexagonal"], "design.pattern: found 'hexagonal'; input should be 'square', 'triangular', "),
         (["--set", "tags_per_m2=-3"], "design.tags_per_m2: found -3; input should be greater than 0"),
         (["--set", "tags_per_m2=1e12"], "design.tags_per_m2: found 1000000000000.0; input should be less than or"),
-        (["--set", "n_particles=1"], "estimator.n_particles: found 1; input should be greater than or equal to 2"),
-        (["--set", "reinitialize=maybe"], "estimator.reinitialize: found 'maybe'; input should be a valid boolean"),
+        (["--set", "n_particles=1"], "mcl.n_particles: found 1; input should be greater than or equal to 2"),
+        (["--set", "reinitialize=maybe"], "mcl.reinitialize: found 'maybe'; input should be a valid boolean"),
         (["--set", "start=lost"], "scenario.start: found 'lost'; input should be 'known' or 'unknown'"),
     ],
 )

@@ -68,8 +68,8 @@ def test_evaluate_tells_means_with_their_errors(cli, tiny):
     assert metrics["position_mean_mm"] <= metrics["position_rms_mm"] <= metrics["position_max_mm"]
     assert (found["runs"], found["steps"], found["n_particles"]) == (6, 600, 60)
     assert found["wall_s"] > 0
-    assert set(found["price_by_robots"]) == {"1", "40"}
-    assert found["price_by_robots"]["40"] > found["price_by_robots"]["1"]
+    assert set(found["price_cents_by_robots"]) == {"1", "40"}
+    assert found["price_cents_by_robots"]["40"] > found["price_cents_by_robots"]["1"]
 
 
 def test_evaluate_repeats_itself_whatever_the_workers_and_follows_the_seed(cli, tiny):

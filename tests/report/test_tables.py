@@ -86,12 +86,12 @@ def test_reasons_are_grouped(contents):
     ]
 
 
-def test_errors_of_drives_cut_short_are_lower_bounds(contents):
-    """An undecided design, some of whose drives were stopped, has at least the error that was seen."""
+def test_errors_of_drives_cut_short_are_marked(contents):
+    """An undecided design, some of whose drives were stopped, has the error seen until then."""
     rows = neighbour_table(contents, contents.answers[1]).rows
     errors = {row[0]: row[4] for row in rows}
-    assert errors["undecided (lower bound)"].startswith("at least ")
-    assert not errors["cheapest certified"].startswith("at least")
+    assert errors["undecided (lower bound)"].endswith("(some drives cut short)")
+    assert "cut short" not in errors["cheapest certified"]
 
 
 def test_prices_at_other_limits_say_whether_they_are_certified(contents):

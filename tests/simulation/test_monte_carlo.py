@@ -86,9 +86,9 @@ def test_the_largest_seed_works():
 
 
 def test_tags_of_a_pattern_are_laid_once_and_shared_by_threads():
-    installed, pattern = InstalledTags(), make_pattern("square", pitch_mm=20.0)
+    installed, pattern = InstalledTags(FLOOR), make_pattern("square", pitch_mm=20.0)
     with ThreadPoolExecutor(8) as pool:
-        maps = list(pool.map(lambda _: installed.lay(pattern, FLOOR), range(32)))
+        maps = list(pool.map(lambda _: installed.lay(pattern), range(32)))
     assert all(tags is maps[0] for tags in maps)
     assert maps[0].n_tags == len(pattern.lay(FLOOR.drivable))
 
@@ -96,17 +96,17 @@ def test_tags_of_a_pattern_are_laid_once_and_shared_by_threads():
 def test_tags_used_least_recently_are_forgotten_when_there_are_too_many():
     patterns = [make_pattern("square", pitch_mm=pitch) for pitch in (100.0, 90.0, 80.0)]
     sizes = [len(pattern.lay(FLOOR.drivable)) for pattern in patterns]
-    installed = InstalledTags(max_tags=sizes[0] + sizes[2])
-    first, second = (installed.lay(pattern, FLOOR) for pattern in patterns[:2])
-    assert installed.lay(patterns[0], FLOOR) is first
-    installed.lay(patterns[2], FLOOR)
-    assert installed.lay(patterns[0], FLOOR) is first
-    assert installed.lay(patterns[1], FLOOR) is not second
+    installed = InstalledTags(FLOOR, max_tags=sizes[0] + sizes[2])
+    first, second = (installed.lay(pattern) for pattern in patterns[:2])
+    assert installed.lay(patterns[0]) is first
+    installed.lay(patterns[2])
+    assert installed.lay(patterns[0]) is first
+    assert installed.lay(patterns[1]) is not second
 
 
 def test_a_pattern_larger_than_what_is_kept_still_works():
-    installed = InstalledTags(max_tags=1)
-    assert installed.lay(make_pattern("square", pitch_mm=100.0), FLOOR).n_tags > 1
+    installed = InstalledTags(FLOOR, max_tags=1)
+    assert installed.lay(make_pattern("square", pitch_mm=100.0)).n_tags > 1
 
 
 def test_tags_lie_on_the_drivable_floor():

@@ -28,7 +28,7 @@ def test_what_the_file_does_not_say_has_the_documented_defaults(tiny):
     file = load_study(tiny).file
     assert file.prices == "prices.toml"
     assert (file.scenario.start, file.scenario.dt_s, file.scenario.aligned_share) == ("known", 0.05, 0.5)
-    assert (file.estimator.likelihood, file.estimator.reinitialize) == ("combination", True)
+    assert (file.mcl.likelihood, file.mcl.reinitialize) == ("combination", True)
     assert (file.world.read_probability, file.world.installation_error_mm) == (1.0, 0.0)
     assert file.search.next_best == 1
     assert design_of(load_study(tiny)).name == "cross-8, 60x60, square, 100 tags/m2"
@@ -69,7 +69,7 @@ def test_the_filter_believes_the_true_noise_unless_told_otherwise(tiny):
     study = load_study(tiny, ("world.odometry.noise_mm_per_s=99.0",))
     scenario = scenario_of(study, floor_of(study))
     assert scenario.estimator.motion == scenario.world.motion
-    study = load_study(tiny, ("world.odometry.noise_mm_per_s=99.0", "estimator.odometry.noise_mm_per_s=1.0"))
+    study = load_study(tiny, ("world.odometry.noise_mm_per_s=99.0", "mcl.odometry.noise_mm_per_s=1.0"))
     scenario = scenario_of(study, floor_of(study))
     assert scenario.estimator.motion != scenario.world.motion
 
@@ -179,7 +179,7 @@ PLACES = [
     ("design", "layout"), ("design", "pattern"), ("design", "pitch_mm"), ("design", "tags_per_m2"),
     ("layouts", "pair", "poses"), ("layouts", "pair", "width"), ("layouts", "pair", "radius_mm"), ("layouts", "own"),
     ("scenario", "dt_s"), ("scenario", "settle_s"), ("scenario", "headings"), ("scenario", "aligned_share"),
-    ("world", "polling"), ("world", "odometry"), ("estimator", "beta"), ("estimator", "odometry"),
+    ("world", "polling"), ("world", "odometry"), ("mcl", "beta"), ("mcl", "odometry"),
     ("floor", "map"), ("prices",), ("unknown",),
 ]  # fmt: skip
 

@@ -30,12 +30,12 @@ def test_values_are_toml_or_words_for_true_and_false_or_text(text, value):
         ("pattern=triangular", {"design": {"pattern": "triangular"}}),
         ("tags_per_m2=100", {"design": {"tags_per_m2": 100}}),
         ("pitch_mm=250", {"design": {"pitch_mm": 250}}),
-        ("likelihood=gaussian", {"estimator": {"likelihood": "gaussian"}}),
-        ("reinitialize=off", {"estimator": {"reinitialize": False}}),
-        ("n_particles = 60", {"estimator": {"n_particles": 60}}),
+        ("likelihood=gaussian", {"mcl": {"likelihood": "gaussian"}}),
+        ("reinitialize=off", {"mcl": {"reinitialize": False}}),
+        ("n_particles = 60", {"mcl": {"n_particles": 60}}),
         ("start=unknown", {"scenario": {"start": "unknown"}}),
         ("seed=3", {"seed": 3}),
-        ("estimator.odometry.noise_mm_per_s=3", {"estimator": {"odometry": {"noise_mm_per_s": 3}}}),
+        ("mcl.odometry.noise_mm_per_s=3", {"mcl": {"odometry": {"noise_mm_per_s": 3}}}),
         ("world.odometry.noise_mm_per_s=3", {"world": {"odometry": {"noise_mm_per_s": 3}}}),
         ("space.tags_per_m2=[1.0]", {"space": {"tags_per_m2": [1.0]}}),
         ("title=a = b", {"title": "a = b"}),
@@ -50,7 +50,7 @@ def test_a_short_name_of_a_variable_means_the_design_at_hand_not_the_space():
     for name in ("layout", "antenna", "pattern", "tags_per_m2", "pitch_mm"):
         assert names[name] == f"design.{name}"
     assert names["space.layout"] == "space.layout"
-    assert "noise_mm_per_s" not in names  # world or estimator?
+    assert "noise_mm_per_s" not in names  # world or mcl?
 
 
 def test_setting_one_density_drops_the_other():
@@ -68,9 +68,7 @@ def test_the_file_s_data_stay_as_they_were_and_the_last_setting_counts():
 
 def test_a_value_where_the_file_should_have_a_table_is_left_for_the_check():
     assert apply_overrides({"design": 3}, ("layout=b",)) == {"design": 3}
-    assert apply_overrides({"estimator": {"odometry": 3}}, ("estimator.odometry.noise_mm_per_s=1",)) == {
-        "estimator": {"odometry": 3}
-    }
+    assert apply_overrides({"mcl": {"odometry": 3}}, ("mcl.odometry.noise_mm_per_s=1",)) == {"mcl": {"odometry": 3}}
 
 
 @pytest.mark.parametrize(

@@ -60,7 +60,7 @@ def test_decimals_keep_their_digits_if_asked(tmp_path):
     [
         ({"sed": 1}, "sed: unknown key; did you mean seed? allowed: "),
         ({"scenario": {"pitch_cm": 3}}, "scenario.pitch_cm: unknown key; allowed: aligned_share, dt_s, "),
-        ({"estimator": {"odometry": {"noise_mm": 3.0}}}, "noise_mm: unknown key; did you mean noise_mm_per_s?"),
+        ({"mcl": {"odometry": {"noise_mm": 3.0}}}, "noise_mm: unknown key; did you mean noise_mm_per_s?"),
         ({"seed": 1.5}, "seed: found 1.5; input should be a valid integer"),
         ({"seed": True}, "seed: found True; input should be a valid integer"),
         ({"seed": 16**5000}, "seed: found a number of thousands of digits; "),

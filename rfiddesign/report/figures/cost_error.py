@@ -44,7 +44,7 @@ class TestedDesigns:
     cost : prices in whole units of the currency.
     error : mean over runs of the error metric, in the metric's unit for people.
     verdict : "certified", "refuted" or "undecided".
-    complete_share : share of the runs that were driven to their end; below 1 the error is at least `error`.
+    complete_share : share of the runs that were driven to their end; below 1 `error` is partly that up to a stop.
     """
 
     __test__ = False
@@ -125,7 +125,7 @@ def _draw_verdict(axes: Axes, designs: TestedDesigns, chosen: NDArray[np.bool_],
             )
         if bound.any():
             look = {"s": 16.0, "marker": "^", "facecolors": "none", "edgecolors": colour, "linewidths": 0.8}
-            words = "refuted, drives cut short: at least this error"
+            words = "refuted, drives cut short: error until then"
             axes.scatter(designs.cost[bound], designs.error[bound], label=words, **look)
         return
     if chosen.any():
@@ -134,9 +134,7 @@ def _draw_verdict(axes: Axes, designs: TestedDesigns, chosen: NDArray[np.bool_],
     for place in zip(designs.cost[chosen & is_bound], designs.error[chosen & is_bound], strict=True):
         axes.annotate("", place, (0, 13), textcoords="offset points", zorder=4, arrowprops=UPWARD)
     if (chosen & is_bound).any():
-        axes.plot(
-            [], [], ls="none", marker=CARETUP, color=GREY, label=f"{verdict}, some drives cut short: at least this"
-        )
+        axes.plot([], [], ls="none", marker=CARETUP, color=GREY, label=f"{verdict}, some drives cut short")
 
 
 def _draw_front(axes: Axes, designs: TestedDesigns) -> None:
