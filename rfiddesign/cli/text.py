@@ -92,7 +92,8 @@ def coverage_lines(summary: dict[str, Any]) -> list[str]:
         aligned = ", along rows of tags" if drive["is_aligned"] else ""
         lines.append(
             f"    heading {drive['heading_deg']:6.2f} deg: mean {drive['mean_mm']:6.0f} mm, 95 % within "
-            f"{drive['p95_mm']:6.0f} mm, beyond 500 mm {drive['share_over_limit']:6.1%}{aligned}"
+            f"{drive['p95_mm']:6.0f} mm, at most {drive['max_mm']:6.0f} mm, "
+            f"beyond 500 mm {drive['share_over_limit']:6.1%}{aligned}"
         )
     return [*lines, *(f"  warning: {warning}" for warning in summary["warnings"])]
 

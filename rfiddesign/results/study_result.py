@@ -158,11 +158,15 @@ class FrontRecord(Record):
 
 
 class DriveRecord(Record):
-    """Distance that the robot drives from a random pose to its next read, along one heading of the tag lattice."""
+    """Distance that the robot drives from a random pose to its next read, along one heading of the tag lattice.
+
+    Distances are capped at 5 m.
+    """
 
     heading_deg: float
     mean_mm: float
     p95_mm: float
+    max_mm: float
     share_over_limit: float
     is_aligned: bool
 
@@ -174,12 +178,17 @@ class CoverageRecord(Record):
     expected_reads: float
     two_tags_share: float
     method: str
+    stderr: float
     drives: list[DriveRecord]
     warnings: list[str]
 
 
 class AnswerRecord(Record):
-    """The answer for one size of fleet."""
+    """The answer for one size of fleet.
+
+    `undecided` lists the designs cheaper than the winner that came to no verdict; `decisions` every design tested,
+    those of the winner's own price that lost the race included.
+    """
 
     n_robots: int
     currency: str

@@ -147,11 +147,13 @@ def coverage_record(design: Design, blind: tuple[Aliasing, ...]) -> records.Cove
         expected_reads=rounded(total.expected_reads),
         two_tags_share=rounded(total.two_tags_share),
         method=total.method,
+        stderr=rounded(total.stderr),
         drives=[
             records.DriveRecord(
                 heading_deg=rounded(drive.heading_deg),
                 mean_mm=rounded(drive.mean_mm),
                 p95_mm=rounded(drive.p95_mm),
+                max_mm=rounded(drive.max_mm),
                 share_over_limit=rounded(drive.share_over_limit),
                 is_aligned=drive.is_aligned,
             )

@@ -120,6 +120,7 @@ def coverage_record() -> CoverageRecord:
             heading_deg=heading,
             mean_mm=18.0 + (120 if heading == 0 else 0),
             p95_mm=61.0 + 5 * math.sin(heading) + (1900 if heading == 0 else 0),
+            max_mm=5000.0 if heading == 0 else 240.0,
             share_over_limit=0.11 if heading == 0 else 0.0,
             is_aligned=heading in aligned,
         )
@@ -130,6 +131,7 @@ def coverage_record() -> CoverageRecord:
         expected_reads=2.61,
         two_tags_share=0.0,
         method="exact",
+        stderr=2e-5,
         drives=drives,
         warnings=["at heading 0° rows are 200 mm apart and 11 % of lateral places never read a tag"],
     )
