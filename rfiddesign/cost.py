@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 
 from rfiddesign.design import Design
-
-CENTS = Decimal(100)
+from rfiddesign.units import CENTS_PER_UNIT
 
 
 @dataclass(frozen=True)
@@ -133,5 +132,5 @@ def controller_set(n_channels: int, controllers: tuple[tuple[int, Price], ...]) 
 
 
 def _line(group: str, item: str, quantity: Decimal, unit: str, price: Price) -> CostLine:
-    amount = (quantity * price.amount * CENTS).quantize(Decimal(1), ROUND_HALF_UP)
+    amount = (quantity * price.amount * CENTS_PER_UNIT).quantize(Decimal(1), ROUND_HALF_UP)
     return CostLine(group, item, quantity, unit, price.amount, int(amount), price.source)

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from rfiddesign.results.study_result import AnswerRecord, StudyResult
-from rfiddesign.units import CENTS_PER_UNIT, DEG_PER_RAD
+from rfiddesign.units import DEG_PER_RAD, money
 
 
 def answer_lines(result: StudyResult, folder: Path, page: Path) -> list[str]:
@@ -96,8 +96,3 @@ def coverage_lines(summary: dict[str, Any]) -> list[str]:
             f"beyond 500 mm {drive['share_over_limit']:6.1%}{aligned}"
         )
     return [*lines, *(f"  warning: {warning}" for warning in summary["warnings"])]
-
-
-def money(cents: int, currency: str) -> str:
-    """An amount with thousands separators, as "EUR 1,234.50"."""
-    return f"{currency} {cents // CENTS_PER_UNIT:,}.{cents % CENTS_PER_UNIT:02d}"

@@ -1,8 +1,9 @@
 """The certificate of an answer in words that a buyer understands: what is promised, how surely, and what is not."""
 
 from rfiddesign.report.contents import Answer, Contents
-from rfiddesign.report.words import count, money, percent
+from rfiddesign.report.words import count, percent
 from rfiddesign.results.study_result import TestRecord
+from rfiddesign.units import money
 
 #: What a claim of the search says beside that the winner is certified, for the first screen.
 SHORT_CLAIMS = {

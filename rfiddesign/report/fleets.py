@@ -3,7 +3,8 @@
 from decimal import Decimal
 
 from rfiddesign.report.contents import Answer, Contents
-from rfiddesign.report.words import count, joined, money
+from rfiddesign.report.words import count, joined
+from rfiddesign.units import money
 
 
 def fleet_sentences(contents: Contents) -> tuple[str, ...]:

@@ -16,8 +16,9 @@ from rfiddesign.report.certificate import headline, how_tested, not_promised, pr
 from rfiddesign.report.contents import Answer, Contents, read_contents
 from rfiddesign.report.figures.drawing import inline_svg, svg_of, write_figure
 from rfiddesign.report.fleets import fleet_sentences
-from rfiddesign.report.words import count, money, percent, requirement_words
+from rfiddesign.report.words import count, percent, requirement_words
 from rfiddesign.results.folder import COST, FIGURES, REPORT, write_text
+from rfiddesign.units import money
 
 TEMPLATE = "page.html.jinja"
 STYLE_SHEET = "page.css"

@@ -7,9 +7,10 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
 from rfiddesign.report.contents import Answer, Contents
-from rfiddesign.report.words import count, exact_amount, grouped, in_unit, metric_value, money, percent, plotted_metric
+from rfiddesign.report.words import count, exact_amount, grouped, in_unit, metric_value, percent, plotted_metric
 from rfiddesign.results.folder import write_text
 from rfiddesign.results.study_result import AnswerRecord, CostLineRecord, DecisionRecord, StudyResult
+from rfiddesign.units import money
 
 COST_HEADER = ("group", "item", "quantity", "unit", "unit_price", "currency", "amount", "source")
 #: A cell that begins with one of these may be taken for a formula by a spreadsheet.

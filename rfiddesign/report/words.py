@@ -9,12 +9,6 @@ from rfiddesign.results.study_result import Limit, RequirementRecord
 STATISTICS = {"mean": "mean", "rms": "root mean square", "p95": "95th percentile", "max": "maximum"}
 
 
-def money(cents: int, currency: str) -> str:
-    """An exact amount, as "EUR 123,456.78"."""
-    sign = "-" if cents < 0 else ""
-    return f"{currency} {sign}{abs(cents) // 100:,}.{abs(cents) % 100:02d}"
-
-
 def exact_amount(cents: int) -> str:
     """Cents as a plain decimal, as "123456.78"."""
     return str((Decimal(cents) / 100).quantize(Decimal("0.01")))

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from rfiddesign.cli.text import answer_lines, money
+from rfiddesign.cli.text import answer_lines
 from rfiddesign.results.study_result import StudyResult
+from rfiddesign.units import money
 
 
 @pytest.mark.parametrize(
