@@ -9,14 +9,17 @@ from rfiddesign import require
 from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators.start import KnownStart, Start
 from rfiddesign.geometry import DetectionArea, ReaderLayout
-from rfiddesign.models._math_kernels import RADIANS_PER_BINARY_UNIT, binary_angle
+from rfiddesign.models._math_kernels import binary_angle
 from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.models.recording import Recording
 
 MAX_PARTICLES = 1_000_000
-# The compiled noise of a step's turn must stay below half a turn, at 5.8 sigma.
-MAX_TURN_DEVIATION = 0.5
+# The compiled noise of a step's turn must stay below half a turn, at 6.4 sigma.
+MAX_TURN_DEVIATION = 0.49
+# Columns of an estimate: x, y, heading; var_x, cov_xy, var_y, cov_x_heading, cov_y_heading, var_heading; effective
+# sample size.
+N_ESTIMATE = kernels.N_ESTIMATE
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,9 @@ class MclModel:
     positions_mm : (n_antennas, 2) antennas in the robot's frame.
     whitening : (n_antennas, 2, 2) float32, see `DistanceLikelihood.whitening`.
     deviations : (3,) noise of one step [mm, mm, rad].
-    rules : (inner_radius, log_tail, log_alpha) of the compiled filter.
+    rules : (inner_radius, log_tail, log_alpha, cell_mm) of the compiled filter.
+    table : (n, m) float32 log probability of a read in cells of `cell_mm` about the antenna; without cells the
+        likelihood is that of the distance.
     """
 
     settings: Mcl
@@ -65,34 +70,36 @@ class MclModel:
     whitening: np.ndarray
     deviations: np.ndarray
     rules: np.ndarray
+    table: np.ndarray
 
 
 @dataclass(frozen=True)
 class MclState:
-    """The belief: M equally weighted particles after resampling, and the estimate made before it (eq. 3).
+    """The belief: M equally weighted particles after resampling, and the estimate made before it.
 
     Parameters
     ----------
     key : stream of the run (`_noise_kernels.run_key`).
     step : steps taken so far.
-    particles : (2, 2, M) float32 [mm], slot 0 the belief, slot 1 spare.
-    headings : (2, M) int32 binary angles.
-    pose : (3,) estimate [mm, mm, rad].
+    particles : (2, M) float32 x and y [mm].
+    headings : (M,) int32 binary angles.
+    moments : (N_ESTIMATE,) the estimate, see there.
     """
 
     key: np.uint64
     step: int
     particles: np.ndarray
     headings: np.ndarray
-    pose: np.ndarray
+    moments: np.ndarray
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """Mean pose (3,) and covariance (3, 3) of a belief [mm, mm, rad]."""
+    """Mean pose (3,) and covariance (3, 3) of a belief [mm, mm, rad], and its effective sample size."""
 
     pose: np.ndarray
     covariance: np.ndarray
+    effective_sample_size: float
 
 
 def build(settings: Mcl, layout: ReaderLayout, area: DetectionArea, dt_s: float) -> MclModel:
@@ -100,7 +107,7 @@ def build(settings: Mcl, layout: ReaderLayout, area: DetectionArea, dt_s: float)
 
     Raises
     ------
-    ValueError : if the motion's noise turns the robot by more than 0.5 rad (one sigma) within a step.
+    ValueError : if the motion's noise turns the robot by more than 0.49 rad (one sigma) within a step.
     """
     deviations = np.array(settings.motion.step_deviations(dt_s))
     require.within("noise_heading_rad_per_s times dt_s", float(deviations[2]), low=0.0, high=MAX_TURN_DEVIATION)
@@ -110,41 +117,50 @@ def build(settings: Mcl, layout: ReaderLayout, area: DetectionArea, dt_s: float)
     cosine, sine = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     offset = np.stack([cosine * centre[0] - sine * centre[1], sine * centre[0] + cosine * centre[1]], axis=-1)
     log_alpha = math.log(settings.alpha) if settings.reinitialize else -math.inf
-    rules = np.array([settings.likelihood.inner_radius, settings.likelihood.log_tail, log_alpha])
+    likelihood = settings.likelihood
+    table, cell_mm = likelihood.log_table(area)
     return MclModel(
         settings=settings,
         dt_s=dt_s,
-        positions_mm=poses[:, :2] + offset,
-        whitening=settings.likelihood.whitening(area, poses[:, 2]).astype(np.float32),
+        # A field is tabulated about the antenna, a distance counts from the area's centre.
+        positions_mm=poses[:, :2] if table.size else poses[:, :2] + offset,
+        whitening=likelihood.whitening(area, poses[:, 2]).astype(np.float32),
         deviations=deviations,
-        rules=rules,
+        rules=np.array([likelihood.inner_radius, likelihood.log_tail, log_alpha, cell_mm]),
+        table=table,
     )
 
 
 def init(model: MclModel, start: Start, key: int) -> MclState:
     """The belief before the first step; `key` names the run's random streams."""
     m = model.settings.n_particles
-    particles = np.zeros((2, 2, m), np.float32)
-    headings = np.zeros((2, m), np.int32)
+    particles = np.zeros((2, m), np.float32)
+    headings = np.zeros(m, np.int32)
+    moments = np.zeros(N_ESTIMATE)
+    moments[-1] = m
     if isinstance(start, KnownStart):
         pose = np.asarray(start.pose, float)
-        particles[:, 0], particles[:, 1] = pose[0], pose[1]
+        particles[0], particles[1] = pose[0], pose[1]
         headings[:] = binary_angle(pose[2])
+        moments[:3] = pose
     else:
         low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
-        kernels.scatter(np.uint64(key), low_x, low_y, high_x, high_y, particles[0, 0], particles[0, 1], headings[0])
-        pose = np.array([(low_x + high_x) / 2, (low_y + high_y) / 2, 0.0])
-    return MclState(np.uint64(key), 0, particles, headings, pose)
+        kernels.scatter(np.uint64(key), low_x, low_y, high_x, high_y, particles[0], particles[1], headings)
+        moments[:3] = (low_x + high_x) / 2, (low_y + high_y) / 2, 0.0
+        # Of uniform distributions over the box and the turn.
+        moments[[3, 5, 8]] = (high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3
+    return MclState(np.uint64(key), 0, particles, headings, moments)
 
 
 def predict(model: MclModel, state: MclState, increment: np.ndarray) -> MclState:
     """Move the belief by an odometry increment (3,) in the robot's frame [mm, mm, rad] (line 3)."""
-    state = _copy(state)
+    cloud, drawn, headings = _workspace(state)
     kernels.predict(
-        state.key, state.step, np.asarray(increment, float), model.deviations,
-        state.particles[0, 0], state.particles[0, 1], state.headings[0], _scratch(model.settings.n_particles)[0][0],
+        state.key, state.step, model.settings.n_particles, np.asarray(increment, float), model.deviations, drawn,
+        headings, cloud,
     )  # fmt: skip
-    return state
+    kernels.store(cloud, drawn, headings)
+    return _with_particles(state, drawn, headings)
 
 
 def update(model: MclModel, state: MclState, antenna: np.ndarray, tag_mm: np.ndarray) -> MclState:
@@ -155,55 +171,71 @@ def update(model: MclModel, state: MclState, antenna: np.ndarray, tag_mm: np.nda
     antenna : (n_reads,) index of each reading antenna.
     tag_mm : (n_reads, 2) position of each read tag on the map [mm].
     """
-    state = _copy(state)
     antenna = np.asarray(antenna, np.int64)
     tags = np.asarray(tag_mm, float).reshape(-1, 2)
+    cloud, drawn, headings = _workspace(state)
+    kernels.load(drawn, headings, cloud)
+    moments = np.empty(N_ESTIMATE)
     kernels.update(
-        state.key, state.step, tags, model.positions_mm[antenna], model.whitening[antenna], model.rules,
-        state.particles, state.headings, *_scratch(model.settings.n_particles), state.pose,
+        state.key, state.step, model.settings.n_particles, tags, model.positions_mm[antenna],
+        model.whitening[antenna], model.rules, model.table, cloud, drawn, headings, moments,
     )  # fmt: skip
-    return replace(state, step=state.step + 1)
+    return replace(_with_particles(state, drawn, headings), step=state.step + 1, moments=moments)
 
 
 def estimate(state: MclState) -> Estimate:
-    """Pose of eq. 3 and the spread of the particles about it."""
-    x, y = state.particles[0].astype(float)
-    heading = state.headings[0] * RADIANS_PER_BINARY_UNIT
-    turn = np.angle(np.exp(1j * (heading - state.pose[2])))
-    offsets = np.stack([x - state.pose[0], y - state.pose[1], turn])
-    return Estimate(state.pose.copy(), offsets @ offsets.T / x.size)
+    """Weighted mean (eq. 3), covariance and effective sample size of the particles before they were last resampled."""
+    xx, xy, yy, xh, yh, hh = state.moments[3:9]
+    covariance = np.array([[xx, xy, xh], [xy, yy, yh], [xh, yh, hh]])
+    return Estimate(state.moments[:3].copy(), covariance, float(state.moments[9]))
 
 
-def track(model: MclModel, state: MclState, recording: Recording, last: int, poses: np.ndarray) -> MclState:
+def track(model: MclModel, state: MclState, recording: Recording, last: int, estimates: np.ndarray) -> MclState:
     """Run the filter over a recording from its state's step up to step `last`, in compiled code.
 
-    `poses` (n_steps + 1, 3) receives the estimate after each step, [mm, mm, rad].
+    Row t + 1 of `estimates` (n_steps + 1, N_ESTIMATE) receives the estimate after step t.
 
     Raises
     ------
-    ValueError : if `last` is not a step of the recording, `poses` is too short, or an antenna is not on the robot.
+    ValueError : if `last` is not a step of the recording, `estimates` has another shape, or an antenna is not on the
+        robot.
     """
     n_antennas = len(model.positions_mm)
     if not state.step <= last <= recording.n_steps:
         raise ValueError(f"last is {last!r}, must be from {state.step} to {recording.n_steps}, the recording's end")
-    if poses.shape[0] <= last:
-        raise ValueError(f"poses has {poses.shape[0]} rows, must have more than {last}")
+    if estimates.ndim != 2 or estimates.shape[0] <= last or estimates.shape[1] != N_ESTIMATE:
+        raise ValueError(f"estimates has shape {estimates.shape}, must have more than {last} rows of {N_ESTIMATE}")
     if recording.read_antenna.max(initial=-1) >= n_antennas or recording.read_antenna.min(initial=0) < 0:
         raise ValueError(f"read_antenna has an index outside 0 to {n_antennas - 1}, the robot's antennas")
-    state = _copy(state)
     log = (
         recording.odometry, recording.read_start, recording.read_antenna, recording.read_tag_mm,
         recording.read_age_s, recording.dt_s,
     )  # fmt: skip
-    settings = (model.positions_mm, model.whitening, model.deviations, model.rules, model.settings.is_age_compensated)
-    scratch = _scratch(model.settings.n_particles)
-    kernels.track(state.key, state.step, last, log, settings, state.particles, state.headings, *scratch, poses)
-    return replace(state, step=last, pose=poses[last].copy())
+    settings = (
+        model.positions_mm, model.whitening, model.deviations, model.rules, model.table,
+        model.settings.is_age_compensated,
+    )  # fmt: skip
+    cloud, drawn, headings = _workspace(state)
+    n_particles = model.settings.n_particles
+    kernels.track(state.key, state.step, last, n_particles, log, settings, cloud, drawn, headings, estimates)
+    moments = estimates[last].copy() if last > state.step else state.moments
+    return replace(_with_particles(state, drawn, headings), step=last, moments=moments)
 
 
-def _scratch(n_particles: int) -> tuple[np.ndarray, np.ndarray]:
-    return np.empty((5, n_particles), np.float32), np.empty(n_particles + kernels.BLOCK, np.int32)
+def _workspace(state: MclState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The arrays of the compiled filter (cloud, drawn, headings), the latter two filled with the state's particles."""
+    m = state.headings.size
+    n_blocks = -(-m // kernels.LANES)
+    room = n_blocks * kernels.LANES + kernels.COPIES
+    cloud = np.empty((n_blocks, kernels.BLOCK_SIZE), np.float32)
+    drawn, headings = np.zeros((3, room), np.float32), np.zeros(room, np.int32)
+    drawn[:2, :m] = state.particles
+    # Lanes beyond the last particle weigh nothing, and stay near the others.
+    drawn[:2, m:] = state.particles[:, -1:]
+    headings[:m] = state.headings
+    return cloud, drawn, headings
 
 
-def _copy(state: MclState) -> MclState:
-    return replace(state, particles=state.particles.copy(), headings=state.headings.copy(), pose=state.pose.copy())
+def _with_particles(state: MclState, drawn: np.ndarray, headings: np.ndarray) -> MclState:
+    m = state.headings.size
+    return replace(state, particles=drawn[:2, :m].copy(), headings=headings[:m].copy())

@@ -8,7 +8,9 @@ wrapping costs nothing.
 import math
 
 import numpy as np
-from numba import njit
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
 
 BINARY_UNITS_PER_RADIAN = 2.0**31 / math.pi
 RADIANS_PER_BINARY_UNIT = math.pi / 2.0**31
@@ -17,9 +19,18 @@ _F = np.float32
 _BINARY_PER_RAD_32 = _F(BINARY_UNITS_PER_RADIAN)
 _RAD_PER_BINARY_32 = _F(RADIANS_PER_BINARY_UNIT)
 _LOG2_E = _F(1.4426950408889634)
-_LN_2 = _F(0.6931471805599453)
-_SQRT_2 = _F(1.4142135623730951)
 _ATAN_TERMS = 18
+
+
+@intrinsic
+def fma_32(typingctx, a, b, c):
+    """a * b + c in float32, rounded once: the same bits on every machine, one instruction on those with FMA."""
+    signature = types.float32(types.float32, types.float32, types.float32)
+
+    def codegen(context, builder, signature, arguments):
+        return builder.fma(*[builder.fptrunc(a, ir.FloatType()) if a.type != ir.FloatType() else a for a in arguments])
+
+    return signature, codegen
 
 
 @njit(inline="always", cache=True, nogil=True)
@@ -43,12 +54,10 @@ def sin_cos(angle):
     rest = np.int32(angle - (quadrant << np.int32(30)))
     r = _F(rest) * _RAD_PER_BINARY_32
     r2 = _F(r * r)
-    s = _F(r + r * r2 * (_F(-1.6666654611e-1) + r2 * (_F(8.3321608736e-3) + r2 * _F(-1.9515295891e-4))))
-    c = _F(
-        _F(1.0)
-        - _F(0.5) * r2
-        + r2 * r2 * (_F(4.166664568298827e-2) + r2 * (_F(-1.388731625493765e-3) + r2 * _F(2.443315711809948e-5)))
-    )
+    s = fma_32(fma_32(fma_32(_F(-1.9515295891e-4), r2, _F(8.3321608736e-3)), r2, _F(-1.6666654611e-1)), r2, _F(1.0))
+    s = _F(s * r)
+    c = fma_32(_F(2.443315711809948e-5), r2, _F(-1.388731625493765e-3))
+    c = fma_32(fma_32(fma_32(c, r2, _F(4.166664568298827e-2)), r2, _F(-0.5)), r2, _F(1.0))
     swap = (quadrant & np.int32(1)) != 0
     sine = c if swap else s
     cosine = s if swap else c
@@ -87,41 +96,16 @@ def exp_32(x):
     """e^x for float32 x in [-80, 80], relative error below 2e-7."""
     t = _F(x * _LOG2_E)
     whole = np.int32(math.floor(t + _F(0.5)))
-    r = _F(x - _F(whole) * _F(0.693359375))
-    r = _F(r + _F(whole) * _F(2.12194440e-4))
-    p = _F(1.9875691500e-4)
-    p = _F(p * r + _F(1.3981999507e-3))
-    p = _F(p * r + _F(8.3334519073e-3))
-    p = _F(p * r + _F(4.1665795894e-2))
-    p = _F(p * r + _F(1.6666665459e-1))
-    p = _F(p * r + _F(5.0000001201e-1))
-    p = _F(p * r * r + r + _F(1.0))
+    r = fma_32(_F(whole), _F(-0.693359375), _F(x))
+    r = fma_32(_F(whole), _F(2.12194440e-4), r)
+    p = fma_32(_F(1.9875691500e-4), r, _F(1.3981999507e-3))
+    p = fma_32(p, r, _F(8.3334519073e-3))
+    p = fma_32(p, r, _F(4.1665795894e-2))
+    p = fma_32(p, r, _F(1.6666665459e-1))
+    p = fma_32(p, r, _F(5.0000001201e-1))
+    p = fma_32(_F(p * r), r, _F(r + _F(1.0)))
     scale = np.int32((whole + np.int32(127)) << np.int32(23)).view(np.float32)
     return _F(p * scale)
-
-
-@njit(inline="always", cache=True, nogil=True)
-def log_32(x):
-    """ln x for normal positive float32 x, absolute error below 1e-7 + 1.2e-7 |ln x|."""
-    bits = _F(x).view(np.int32)
-    exponent = np.int32((bits >> np.int32(23)) - np.int32(127))
-    m = np.int32((bits & np.int32(0x007FFFFF)) | np.int32(0x3F800000)).view(np.float32)
-    is_large = m > _SQRT_2
-    m = _F(m * _F(0.5)) if is_large else m
-    exponent = np.int32(exponent + np.int32(1)) if is_large else exponent
-    f = _F(m - _F(1.0))
-    z = _F(f * f)
-    p = _F(7.0376836292e-2)
-    p = _F(p * f + _F(-1.1514610310e-1))
-    p = _F(p * f + _F(1.1676998740e-1))
-    p = _F(p * f + _F(-1.2420140846e-1))
-    p = _F(p * f + _F(1.4249322787e-1))
-    p = _F(p * f + _F(-1.6668057665e-1))
-    p = _F(p * f + _F(2.0000714765e-1))
-    p = _F(p * f + _F(-2.4999993993e-1))
-    p = _F(p * f + _F(3.3333331174e-1))
-    y = _F(f * z * p - _F(0.5) * z)
-    return _F(f + y + _F(exponent) * _LN_2)
 
 
 @njit(cache=True, nogil=True)

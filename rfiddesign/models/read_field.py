@@ -42,13 +42,17 @@ def read_field(area: DetectionArea) -> ReadField:
         return ReadField(
             area.length_mm / 2 - corner, area.width_mm / 2 - corner, corner, float(area.reach_mm), empty, 1.0
         )
+    table, cell = tabulated(area)
+    reach = 0.5 * cell * float(np.hypot(*table.shape)) if isinstance(area, ProbabilityMap) else area.reach_mm + cell
+    return ReadField(0.0, 0.0, 0.0, float(reach), table, cell)
+
+
+def tabulated(area: DetectionArea) -> tuple[np.ndarray, float]:
+    """Read probability in square cells about the antenna, (n, m) float32 over u (rows) and v, and their side [mm]."""
     if isinstance(area, ProbabilityMap):
-        table = np.ascontiguousarray(np.asarray(area.probability, np.float32).T)
-        reach = 0.5 * area.cell_mm * float(np.hypot(*table.shape))
-        return ReadField(0.0, 0.0, 0.0, reach, table, float(area.cell_mm))
+        return np.ascontiguousarray(np.asarray(area.probability, np.float32).T), float(area.cell_mm)
     cell = max(1.0, 2.0 * area.reach_mm / _MAX_CELLS_PER_SIDE)
     n = int(np.ceil(2.0 * area.reach_mm / cell))
     centres = (np.arange(n) - (n - 1) / 2) * cell
     u, v = np.meshgrid(centres, centres, indexing="ij")
-    table = area.contains(np.stack([u, v], axis=-1)).astype(np.float32)
-    return ReadField(0.0, 0.0, 0.0, float(area.reach_mm) + cell, table, cell)
+    return area.contains(np.stack([u, v], axis=-1)).astype(np.float32), float(cell)

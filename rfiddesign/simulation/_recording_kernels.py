@@ -17,7 +17,9 @@ from rfiddesign.models._noise_kernels import (
 
 _U = np.uint32
 # No draw of `standard_normal` lies further out.
-_FARTHEST_SIGMA = 5.5
+_FARTHEST_SIGMA = 6.4
+# More than what single precision moves a tag on a floor of 5 km.
+_TAG_ROUNDING_MM = 1.0
 
 
 @njit(cache=True, nogil=True)
@@ -36,24 +38,24 @@ def record_odometry(key, poses, deviations, odometry):
 
 
 @njit(inline="always", cache=True, nogil=True)
-def read_chance(u, v, field):
-    """Chance that a poll sees a tag at (u, v) in the antenna's frame."""
-    table = field.table
+def read_chance(u, v, box, table):
+    """Chance that a poll sees a tag at (u, v) in the antenna's frame; `box` and `table` as in `poll`."""
+    half_length, half_width, corner, _, cell = box
     if table.shape[0] == 0:
-        du = max(abs(u) - field.half_length_mm, 0.0)
-        dv = max(abs(v) - field.half_width_mm, 0.0)
+        du = max(abs(u) - half_length, 0.0)
+        dv = max(abs(v) - half_width, 0.0)
         d2 = du * du + dv * dv
-        corner2 = field.corner_mm * field.corner_mm
+        corner2 = corner * corner
         return 1.0 if d2 < corner2 or (corner2 == 0.0 and d2 == 0.0) else 0.0
-    i = int(np.floor(u / field.cell_mm + 0.5 * table.shape[0]))
-    j = int(np.floor(v / field.cell_mm + 0.5 * table.shape[1]))
+    i = int(np.floor(u / cell + 0.5 * table.shape[0]))
+    j = int(np.floor(v / cell + 0.5 * table.shape[1]))
     if i < 0 or j < 0 or i >= table.shape[0] or j >= table.shape[1]:
         return 0.0
     return table[i, j]
 
 
 @njit(cache=True, nogil=True)
-def poll(x, y, s, c, low, high, draw, field, grid, installation):
+def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation):
     """One poll of an antenna at (x, y) with sine and cosine (s, c) of its direction.
 
     Returns the row of the tag that answers (-1: none) and the next free draw.  Where several tags are in view, each
@@ -62,17 +64,23 @@ def poll(x, y, s, c, low, high, draw, field, grid, installation):
     Parameters
     ----------
     low, high, draw : stream of the step and the next free draw in it.
-    grid : (installed_x, installed_y, tag_id, cell_start, cell_mm, origin_x, origin_y, n_x, n_y) of a TagMap.
+    box, table : (half_length, half_width, corner, reach, cell) and table of a `ReadField`.
+    tag_x, tag_y, tag_id, cell_start : arrays of a TagMap (installed positions).  They and `table` come one by one: an
+        array taken out of a tuple is counted as in use, which costs more than the poll.
+    grid : (1 / cell_mm, origin_x, origin_y, n_x, n_y) of the TagMap.
     installation : (sigma [mm] per axis of where a tag lies about its place in `grid`, the two halves of the key that
         fixes each tag's error).
     """
-    tag_x, tag_y, tag_id, cell_start, cell, x0, y0, n_x, n_y = grid
+    per_cell, x0, y0, n_x, n_y = grid
+    field_reach = box[3]
     sigma, install_low, install_high = installation
-    reach = field.reach_mm + _FARTHEST_SIGMA * sigma
-    first_i = max(int(np.floor((x - reach - x0) / cell)), 0)
-    last_i = min(int(np.floor((x + reach - x0) / cell)), n_x - 1)
-    first_j = max(int(np.floor((y - reach - y0) / cell)), 0)
-    last_j = min(int(np.floor((y + reach - y0) / cell)), n_y - 1)
+    reach = field_reach + _FARTHEST_SIGMA * sigma
+    # A hair more than the reach, so that the rounding of the reciprocal cannot lose a cell.
+    column, line, span = (x - x0) * per_cell, (y - y0) * per_cell, reach * per_cell + 1e-6
+    first_i = max(int(np.floor(column - span)), 0)
+    last_i = min(int(np.floor(column + span)), n_x - 1)
+    first_j = max(int(np.floor(line - span)), 0)
+    last_j = min(int(np.floor(line + span)), n_y - 1)
     chosen = -1
     n_seen = 0
     if first_i > last_i:
@@ -85,8 +93,10 @@ def poll(x, y, s, c, low, high, draw, field, grid, installation):
             if sigma > 0.0:
                 number = _U(2 * tag_id[row])
                 dx += sigma * standard_normal(random_bits(install_low, install_high, number))
+                if abs(dx) > field_reach:
+                    continue
                 dy += sigma * standard_normal(random_bits(install_low, install_high, _U(number + _U(1))))
-            chance = read_chance(c * dx + s * dy, c * dy - s * dx, field)
+            chance = read_chance(c * dx + s * dy, c * dy - s * dx, box, table)
             if chance <= 0.0:
                 continue
             if chance < 1.0:
@@ -105,7 +115,7 @@ def poll(x, y, s, c, low, high, draw, field, grid, installation):
 
 
 @njit(cache=True, nogil=True)
-def record_reads(key, poses, dt, robot, world, field, grid, out):
+def record_reads(key, poses, dt, robot, world, field, tags, lattice, out):
     """Poll every antenna once per step along the true poses; returns the number of reads.
 
     Parameters
@@ -115,15 +125,25 @@ def record_reads(key, poses, dt, robot, world, field, grid, out):
         polls).
     world : (read_probability, installation_error_mm).
     field : see `ReadField`.
-    grid : see `poll`.
+    tags : (installed_x, installed_y, tag_id, cell_start, 1 / cell_mm, origin_x, origin_y, n_x, n_y) of a TagMap.
+    lattice : (6,) origin x, y [mm] and, row by row, the matrix that takes an offset from it to steps of the lattice that
+        holds every tag [1/mm]; zeros if there is none.
     out : (read_start (n_steps + 1,), read_antenna, read_row, read_age), the last three with room for
         n_steps * n entries.
     """
     antennas, phases = robot
     read_probability, sigma = world
     read_start, read_antenna, read_row, read_age = out
+    tag_x, tag_y, tag_id, cell_start, per_cell, x0, y0, n_x, n_y = tags
+    grid = (per_cell, x0, y0, n_x, n_y)
+    box = (field.half_length_mm, field.half_width_mm, field.corner_mm, field.reach_mm, field.cell_mm)
+    table = field.table
     install_low, install_high = key_halves(step_key(key, STREAM_INSTALLATION, 0))
     installation = (sigma, install_low, install_high)
+    # A tag in reach lies within these bounds, in steps of the lattice, of the antenna's place.
+    origin_x, origin_y, b00, b01, b10, b11 = lattice
+    reach = field.reach_mm + _FARTHEST_SIGMA * sigma + _TAG_ROUNDING_MM
+    bound_i, bound_j = reach * np.sqrt(b00 * b00 + b01 * b01), reach * np.sqrt(b10 * b10 + b11 * b11)
     n_reads = 0
     n_antennas = antennas.shape[0]
     yaw_s = np.empty(n_antennas)
@@ -144,8 +164,15 @@ def record_reads(key, poses, dt, robot, world, field, grid, out):
                 s, c = sin_cos_64(poses[t, 2] + phase * (poses[t + 1, 2] - poses[t, 2]))
             antenna_x = x + c * antennas[a, 0] - s * antennas[a, 1]
             antenna_y = y + s * antennas[a, 0] + c * antennas[a, 1]
+            dx, dy = antenna_x - origin_x, antenna_y - origin_y
+            i, j = b00 * dx + b01 * dy, b10 * dx + b11 * dy
+            if abs(i - np.floor(i + 0.5)) > bound_i or abs(j - np.floor(j + 0.5)) > bound_j:
+                continue
             sine, cosine = s * yaw_c[a] + c * yaw_s[a], c * yaw_c[a] - s * yaw_s[a]
-            row, draw = poll(antenna_x, antenna_y, sine, cosine, low, high, draw, field, grid, installation)
+            row, draw = poll(
+                antenna_x, antenna_y, sine, cosine, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start,
+                grid, installation,
+            )  # fmt: skip
             if row >= 0 and read_probability < 1.0:
                 if unit_uniform(random_bits(low, high, _U(draw))) >= read_probability:
                     row = -1

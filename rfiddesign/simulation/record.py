@@ -4,6 +4,7 @@ import numpy as np
 
 from rfiddesign.design import Design
 from rfiddesign.floor import TagMap
+from rfiddesign.geometry import TagPattern
 from rfiddesign.models.read_field import read_field
 from rfiddesign.models.recording import Recording
 from rfiddesign.simulation import _recording_kernels as kernels
@@ -11,7 +12,7 @@ from rfiddesign.simulation.scenario import World
 
 
 def record(design: Design, tags: TagMap, poses: np.ndarray, dt_s: float, world: World, key: np.uint64) -> Recording:
-    """Drive `design` along `poses` (n_steps + 1, 3) over a freshly installed floor.
+    """Drive `design` along `poses` (n_steps + 1, 3) over a freshly installed floor with the `tags` of its pattern.
 
     The odometry noise depends on `key` alone, so that every design meets the same; so does each tag's installation
     error, which makes every run one floor out of all that an installer may leave behind.
@@ -23,13 +24,14 @@ def record(design: Design, tags: TagMap, poses: np.ndarray, dt_s: float, world: 
     room = n_steps * n_antennas
     read_start = np.empty(n_steps + 1, np.int64)
     read_antenna, read_row, read_age = np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room)
-    grid = (
-        tags.installed_x, tags.installed_y, tags.tag_id, tags.cell_start, float(tags.cell_mm),
+    installed = (
+        tags.installed_x, tags.installed_y, tags.tag_id, tags.cell_start, 1.0 / tags.cell_mm,
         float(tags.origin_mm[0]), float(tags.origin_mm[1]), tags.n_x, tags.n_y,
     )  # fmt: skip
     n_reads = kernels.record_reads(
         key, poses, dt_s, (antennas, world.reads.phases(n_antennas)),
-        (world.reads.read_probability, world.installation_error_mm), read_field(design.antenna.area), grid,
+        (world.reads.read_probability, world.installation_error_mm), read_field(design.antenna.area), installed,
+        _lattice_of(design.pattern),
         (read_start, read_antenna, read_row, read_age),
     )  # fmt: skip
     rows = read_row[:n_reads]
@@ -43,3 +45,12 @@ def record(design: Design, tags: TagMap, poses: np.ndarray, dt_s: float, world: 
         read_tag_mm=np.column_stack([tags.nominal_x[rows], tags.nominal_y[rows]]).astype(float),
         read_age_s=read_age[:n_reads].copy(),
     )
+
+
+def _lattice_of(pattern: TagPattern) -> tuple[float, ...]:
+    """Origin and inverse basis of the pattern's lattice, as `record_reads` takes them."""
+    lattice = pattern.lattice
+    if lattice is None:
+        return (0.0,) * 6
+    inverse = np.linalg.inv(np.array(lattice.basis_mm, float).T)
+    return (*map(float, lattice.origin_mm), *(float(value) for value in inverse.ravel()))

@@ -64,8 +64,8 @@ def trace_run(
     model = mcl.build(scenario.estimator, design.layout, design.antenna.area, scenario.dt_s)
     recording = record(design, tags, poses, scenario.dt_s, scenario.world, key)
     state = mcl.init(model, start_of(scenario, poses), key)
-    estimates = np.empty((n + 1, 3))
-    estimates[0] = state.pose
+    estimates = np.empty((n + 1, mcl.N_ESTIMATE))
+    estimates[0] = state.moments
     position, heading = np.empty(n + 1), np.empty(n + 1)
     done = 0
     while done < n:
@@ -77,7 +77,9 @@ def trace_run(
             errors = (position[1 : done + 1], heading[1 : done + 1])
             if has_certainly_failed(stop_at, *errors, scenario.dt_s, scenario.first_scored_step, n):
                 break
-    return Trace(scenario.dt_s, poses[: done + 1], estimates[: done + 1], position[1 : done + 1], heading[1 : done + 1])
+    return Trace(
+        scenario.dt_s, poses[: done + 1], estimates[: done + 1, :3], position[1 : done + 1], heading[1 : done + 1]
+    )
 
 
 def score(trace: Trace, scenario: Scenario) -> RunMetrics:
