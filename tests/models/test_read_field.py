@@ -21,8 +21,9 @@ TABULATED = [
 @njit
 def chances(points, field):
     out = np.empty(points.shape[0])
+    box = (field.half_length_mm, field.half_width_mm, field.corner_mm, field.reach_mm, field.cell_mm)
     for i in range(points.shape[0]):
-        out[i] = read_chance(points[i, 0], points[i, 1], field)
+        out[i] = read_chance(points[i, 0], points[i, 1], box, field.table)
     return out
 
 

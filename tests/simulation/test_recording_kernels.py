@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
@@ -14,6 +15,7 @@ from rfiddesign.floor import build_tag_map
 from rfiddesign.geometry import (
     Disc,
     Ellipse,
+    ListedPattern,
     PolygonArea,
     ProbabilityMap,
     Rectangle,
@@ -47,7 +49,7 @@ AREAS = [
 
 
 def a_design(area, layout=YAWED):
-    return Design(layout, Antenna("test", (1.0, 1.0), area, "test"), make_pattern("square", pitch_mm=100.0))
+    return Design(layout, Antenna("test", (1.0, 1.0), area, "test"), ListedPattern(np.zeros((1, 2))))
 
 
 def random_drive(n_steps, rng, extent=1500.0):
@@ -236,3 +238,22 @@ def test_pose_errors_are_distances_and_the_short_way_round(seed, turns):
     assert position[5:25] == pytest.approx(np.hypot(*(poses - truth)[5:25, :2].T))
     assert heading[5:25] == pytest.approx(np.abs(np.angle(np.exp(1j * (poses - truth)[5:25, 2]))), abs=1e-9)
     assert (np.concatenate([position[:5], position[25:], heading[:5], heading[25:]]) == -1).all()
+
+
+@pytest.mark.parametrize("sigma", [0.0, 8.0])
+@pytest.mark.parametrize("kind", ["square", "triangular", "striped"])
+def test_asking_the_lattice_first_loses_no_read(kind, sigma):
+    """A lattice pattern and the list of its tags are the same floor, also far from the origin."""
+    pattern = make_pattern(kind, pitch_mm=100.0)
+    for x, y in ((0.0, 0.0), (900_000.0, -700_000.0)):
+        tags = build_tag_map(pattern.lay(shapely.box(x - 2000, y - 2000, x + 2000, y + 2000)))
+        steps = np.cumsum(np.random.Generator(np.random.PCG64(12)).normal(0, [20.0, 20.0, 0.05], (400, 3)), axis=0)
+        poses = np.array([x, y, 0.0]) + steps
+        world, key = World(QUIET, installation_error_mm=sigma), key_of(4, 2)
+        by_lattice, by_list = (
+            record(Design(YAWED, Antenna("test", (1.0, 1.0), Disc(30.0), "test"), p), tags, poses, DT, world, key)
+            for p in (pattern, ListedPattern(np.zeros((1, 2))))
+        )
+        assert by_lattice.n_reads > 100
+        assert np.array_equal(by_lattice.read_tag, by_list.read_tag)
+        assert np.array_equal(by_lattice.read_antenna, by_list.read_antenna)
