@@ -87,7 +87,7 @@ def standard_normal(bits):
     """Standard normal float32 from 32 random bits by inversion, to 6.4 sigma.
 
     The top bit is the sign, the others a tail probability u = (bits + 1/2) / 2^32 below 1/2.  The quantile is a
-    polynomial in sqrt(-log2 u), minimax to 1.3e-4 of the quantile (of 0.3 where that is more).
+    polynomial in sqrt(-log2 u); the error is below 2e-4 of the quantile (of 0.3 where that is more).
     """
     tail = _F(_F(np.int32(bits & _U(0x7FFFFFFF))) + _F(0.5))
     word = tail.view(np.int32)

@@ -33,12 +33,6 @@ def exp_of(x, out):
 
 
 @njit
-def log_of(x, out):
-    for i in range(x.size):
-        out[i] = kernels.log_32(x[i])
-
-
-@njit
 def small_binary_angle_of(theta, out):
     for i in range(theta.size):
         out[i] = kernels.small_binary_angle(theta[i])
@@ -82,14 +76,23 @@ def test_exp_is_within_its_stated_relative_error():
     assert out[x == 0.0].tolist() == [1.0] * np.count_nonzero(x == 0.0)
 
 
-def test_log_is_within_its_stated_error():
-    x = np.concatenate([np.exp(RNG.uniform(-80, 80, 200_000)), 1 + RNG.uniform(-1e-3, 1e-3, 100_000), [1.0]])
-    x = x.astype(np.float32)
-    out = np.empty_like(x)
-    log_of(x, out)
-    expected = np.log(x.astype(float))
-    assert (np.abs(out - expected) < 1e-7 + 1.2e-7 * np.abs(expected)).all()
-    assert out[-1] == 0.0
+@njit
+def fma_of(a, b, c, out):
+    for i in range(a.size):
+        out[i] = kernels.fma_32(a[i], b[i], c[i])
+
+
+def test_fma_rounds_once():
+    """a b + c to the last bit of float32: the product of two float32 is exact in float64."""
+    a, b, c = RNG.normal(size=(3, 100_000)).astype(np.float32)
+    c[:50_000] = -(a * b)[:50_000]
+    out = np.empty_like(a)
+    fma_of(a, b, c, out)
+    # Where c cancels the rounded product, the sum is exact in float64 too.
+    exact = a.astype(float) * b + c
+    assert np.array_equal(out[:50_000], exact[:50_000].astype(np.float32))
+    assert np.abs(out - exact).max() <= np.spacing(np.abs(exact).max().astype(np.float32))
+    assert np.count_nonzero(out[:50_000]) > 40_000
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)

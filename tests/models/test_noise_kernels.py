@@ -40,24 +40,10 @@ def normals_of(bits):
     return out
 
 
-@njit
-def pairs_of(bits, more_bits):
-    out = np.empty((2, bits.size), np.float32)
-    for i, (b, more) in enumerate(zip(bits.flat, more_bits.flat)):  # noqa: B905 (numba has no strict)
-        out[0, i], out[1, i] = kernels.normal_pair(b, more)
-    return out
-
-
 @pytest.fixture(scope="module")
 def bits():
     """(4000, 500) bits: as many steps of as many particles."""
     return bits_of_steps(KEY, 3, N_STEPS, N_DRAWS)
-
-
-@pytest.fixture(scope="module")
-def paired(bits):
-    """(2, 1e6) normals by pairs whose bits lie 250 draws apart, as the filter takes them."""
-    return pairs_of(bits[:, :250].copy(), bits[:, 250:].copy())
 
 
 def assert_standard_normal(x):
@@ -111,29 +97,58 @@ def test_normals_by_inversion_are_standard_normal(bits):
 
 
 def test_inversion_is_the_inverse_of_the_normal_distribution():
-    bits = np.concatenate([np.arange(0, 2**32, 40_009), [0, 2**32 - 1]]).astype(np.uint32)
-    exact = stats.norm.ppf(((bits >> np.uint32(9)) + 0.5) / 2**23)
-    assert np.abs(normals_of(bits) - exact).max() < 4e-6
-    assert np.abs(exact).max() < 5.4
+    """The top bit is the sign, the others the tail probability; within 2e-4 of the quantile or of 0.3."""
+    tail_bits = np.concatenate([np.arange(0, 2**31, 20_011), np.arange(2000), [2**31 - 1]]).astype(np.uint32)
+    exact = -stats.norm.ppf((tail_bits + 0.5) / 2**32)
+    upper, lower = normals_of(tail_bits), normals_of(tail_bits | np.uint32(2**31))
+    assert (np.abs(upper - exact) < 2e-4 * np.maximum(exact, 0.3)).all()
+    assert np.array_equal(lower, -upper)
 
 
-def test_paired_normals_are_standard_normal(paired):
-    assert_standard_normal(paired[0])
-    assert_standard_normal(paired[1])
+def test_no_normal_lies_beyond_what_half_a_turn_of_noise_allows():
+    """`mcl.build` allows 0.49 rad of noise per step: below half a turn at the furthest draw."""
+    furthest = normals_of(np.array([0], np.uint32))[0]
+    assert 6.2 < furthest < min(6.4, np.pi / 0.49)
 
 
-def test_the_two_normals_of_a_pair_are_independent(paired):
-    assert_independent(stats.norm.cdf(paired[0]), stats.norm.cdf(paired[1]))
-    # The distance of a pair from the origin is Rayleigh, its direction uniform, far out as well.
-    radius2, direction = (paired.astype(float) ** 2).sum(axis=0), np.arctan2(paired[1], paired[0])
-    assert stats.kstest(radius2, "chi2", (2,)).pvalue > 1e-3
-    assert stats.kstest(direction[radius2 > 9] / (2 * np.pi) + 0.5, "uniform").pvalue > 1e-3
+def test_tails_hold_what_they_should_beyond_five_sigma():
+    """2^26 draws: some 19 beyond 5 sigma on each side, 2 beyond 5.4."""
+    draws = np.empty(2**22, np.float32)
+    counts = dict.fromkeys([(side, sigmas) for side in (-1, 1) for sigmas in (3.0, 4.0, 4.5, 5.0)], 0)
+    for step in range(16):
+        kernels.fill_normal(np.uint64(kernels.step_key(KEY, 3, step)), draws)
+        for side, sigmas in counts:
+            counts[side, sigmas] += np.count_nonzero(side * draws > sigmas)
+    for (_, sigmas), count in counts.items():
+        expected = 2**26 * stats.norm.sf(sigmas)
+        assert stats.poisson.cdf(count, expected) > 1e-4
+        assert stats.poisson.sf(count - 1, expected) > 1e-4
 
 
-def test_no_paired_normal_lies_beyond_what_half_a_turn_of_noise_allows():
-    """`mcl.build` allows 0.5 rad of noise per step: below half a turn at the furthest draw."""
-    furthest = pairs_of(np.array([0], np.uint32), np.array([0], np.uint32))
-    assert 5.5 < furthest[0, 0] < np.pi / 0.5
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda rng: rng.normal(0, 1.004, 2_000_000),
+        lambda rng: rng.normal(0.005, 1, 2_000_000),
+        lambda rng: rng.random((2_000_000, 12)).sum(axis=1) - 6,
+        lambda rng: np.clip(rng.normal(size=2_000_000), -3.9, 3.9),
+        lambda rng: rng.normal(size=2_000_000).round(1),
+    ],
+    ids=["wide", "shifted", "twelve uniforms", "cut tails", "coarse"],
+)
+def test_the_checks_on_normals_reject_what_is_not_normal(wrong):
+    with pytest.raises(AssertionError):
+        assert_standard_normal(wrong(np.random.Generator(np.random.PCG64(0))))
+
+
+def test_x_y_and_heading_noise_of_one_particle_are_independent(bits):
+    """Particle m takes draws m, m + n and m + 2 n of the step."""
+    n = N_DRAWS // 3
+    u = uniforms_of(bits).reshape(bits.shape)
+    x, y, heading = u[:, :n], u[:, n : 2 * n], u[:, 2 * n : 3 * n]
+    assert_independent(x, y)
+    assert_independent(x, heading)
+    assert_independent(y, heading)
 
 
 @pytest.mark.parametrize("lag", [1, 2, 3, 16, 64, 250])
@@ -173,12 +188,12 @@ def test_first_draws_of_runs_are_independent_and_uniform():
     assert_independent(u[:, 0], u[:, 1])
 
 
-def test_the_mean_of_a_step_scatters_as_that_of_independent_draws(bits, paired):
+def test_the_mean_of_a_step_scatters_as_that_of_independent_draws(bits):
     """Draws that balanced one another within a step would flatter a filter: 500 particles must err like 500."""
-    for x in (normals_of(bits).reshape(bits.shape), paired[0].reshape(N_STEPS, -1)):
-        n_steps, n = x.shape
-        dispersion = x.mean(axis=1, dtype=float).var() * n
-        assert abs(dispersion - 1) < 4.5 * np.sqrt(2 / n_steps)
+    x = normals_of(bits).reshape(bits.shape)
+    n_steps, n = x.shape
+    dispersion = x.mean(axis=1, dtype=float).var() * n
+    assert abs(dispersion - 1) < 4.5 * np.sqrt(2 / n_steps)
 
 
 def test_draws_of_a_step_are_all_different():
