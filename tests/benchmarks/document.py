@@ -1,0 +1,64 @@
+"""The board as a page and a chart."""
+
+import datetime
+import importlib.metadata
+import platform
+from pathlib import Path
+
+from tests.benchmarks.board import Board
+
+_PACKAGES = ("numba", "numpy", "shapely", "particles", "filterpy")
+
+
+def save(board: Board, folder: Path) -> None:
+    """Write README.md and the chart to `folder`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in _PACKAGES)
+    page = f"""# Benchmarks
+
+Measured by `pytest tests/benchmarks --benchmark-only --save-table docs/benchmarks` on {datetime.date.today()}:
+{_processor()}, {platform.system()}, Python {platform.python_version()}, {versions}.
+Each row is one interleaved run, the minimum of many, single-threaded unless said.  Timings vary between machines; the
+ratios vary less.
+
+{board.table()}
+
+{chr(10).join(board.notes)}
+
+![times of one MCL step, and growth of the cost](benchmarks.svg)
+
+## How cost grows
+
+{board.growth()}
+"""
+    (folder / "README.md").write_text(page, encoding="utf-8")
+    _chart(board).savefig(folder / "benchmarks.svg", metadata={"Date": None})
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+        return next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
+def _chart(board: Board):
+    import matplotlib
+
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+
+    row = next(row for row in board.rows if row.work.startswith("MCL step"))
+    curves = {name: points for name, points in board.curves.items() if len(points) > 2}
+    figure, axes = pyplot.subplots(1, 1 + len(curves), figsize=(3.6 * (1 + len(curves)), 3.4), layout="constrained")
+    names, times = ["rfiddesign", *row.peers], [row.ours, *row.peers.values()]
+    bars = axes[0].barh(names, times, color=["#0072B2"] + ["#999999"] * len(row.peers))
+    axes[0].bar_label(bars, fmt="%.3g", padding=3)
+    axes[0].set(xscale="log", xlabel=row.unit, title="One MCL step", xlim=(1, 4 * max(times)))
+    axes[0].invert_yaxis()
+    for axis, (name, points) in zip(axes[1:], curves.items(), strict=True):
+        title, _, unit = name.partition(" [")
+        axis.plot(*zip(*points, strict=True), "o-", color="#0072B2")
+        axis.set(xscale="log", title=title, ylabel=unit.rstrip("]"), ylim=(0, None))
+    return figure
