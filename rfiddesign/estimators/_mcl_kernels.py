@@ -179,13 +179,15 @@ def normalize(n_particles, cloud):
         for i in range(LANES):
             value = block[_LOG + i]
             best[i] = value if value > best[i] else best[i]
-    top = best[0]
     for i in range(LANES // 2):
-        best[i] = max(best[i], best[LANES // 2 + i])
+        best[i] = best[i] if best[i] > best[LANES // 2 + i] else best[LANES // 2 + i]
     for i in range(LANES // 4):
-        best[i] = max(best[i], best[LANES // 4 + i])
-    for i in range(LANES // 4):
-        top = max(top, best[i])
+        best[i] = best[i] if best[i] > best[LANES // 4 + i] else best[LANES // 4 + i]
+    for i in range(LANES // 8):
+        best[i] = best[i] if best[i] > best[LANES // 8 + i] else best[LANES // 8 + i]
+    top = best[0]
+    for i in range(1, LANES // 8):
+        top = best[i] if best[i] > top else top
     for b in range(n_blocks):
         block = cloud[b]
         for i in range(LANES):

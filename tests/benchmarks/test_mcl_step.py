@@ -112,7 +112,8 @@ def test_growth_with_particles_and_readers(benchmark, board):
         n: make_scene(n_particles=n, duration_s=10.0) for n in (100, 316, 1000, 3162, 10_000, 31_623, 100_000)
     }
     board.curves["particles [ns per particle-step]"] = curve(by_particles)
-    by_readers = {1: "single", 4: "cross-4", 8: "cross-8", 20: "cross-20", 24: "cross-24", 96: "cross-96"}
+    by_readers = {8: "cross-8", 20: "cross-20", 24: "cross-24", 96: "cross-96"}
+    by_readers |= {n: {"kind": "bar", "n": n, "spacing_mm": 100.0} for n in (2, 4)}
     scenes = {n: make_scene(layout, "30x30") for n, layout in by_readers.items()}
     board.curves["readers [ns per particle-step]"] = curve(scenes)
     benchmark.pedantic(scenes[96].track, rounds=5)
