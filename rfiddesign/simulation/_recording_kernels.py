@@ -126,8 +126,8 @@ def record_reads(key, poses, dt, robot, world, field, tags, lattice, out):
     world : (read_probability, installation_error_mm).
     field : see `ReadField`.
     tags : (installed_x, installed_y, tag_id, cell_start, 1 / cell_mm, origin_x, origin_y, n_x, n_y) of a TagMap.
-    lattice : (6,) origin x, y [mm] and, row by row, the matrix that takes an offset from it to steps of the lattice that
-        holds every tag [1/mm]; zeros if there is none.
+    lattice : (6,) origin x, y [mm] and, row by row, the matrix that takes an offset from it to steps of the lattice
+        that holds every tag [1/mm]; zeros if there is none.
     out : (read_start (n_steps + 1,), read_antenna, read_row, read_age), the last three with room for
         n_steps * n entries.
     """
