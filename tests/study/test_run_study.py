@@ -22,7 +22,7 @@ from pathlib import Path
 from rfiddesign.study import load_study, run_study
 
 def show(stage):
-    if stage.n_runs >= 100:
+    if stage.n_runs >= 20:
         print("midway", flush=True)
         time.sleep(60)
 
@@ -96,7 +96,7 @@ def test_a_killed_study_goes_on_to_the_same_bytes(tiny, finished, tmp_path):
     assert not (out / "result.json").exists()
     run(tiny, out)
     assert (out / "result.json").read_bytes() == (finished / "result.json").read_bytes()
-    assert 64 <= provenance(out)["runs_stored_before"] < provenance(finished)["runs_simulated"] + 100
+    assert 0 < provenance(out)["runs_stored_before"] < provenance(finished)["runs_simulated"] + 100
     assert provenance(out)["runs_simulated"] > 0
 
 
