@@ -22,7 +22,7 @@ from pathlib import Path
 from rfiddesign.study import load_study, run_study
 
 def show(stage):
-    if stage.n_runs >= 20:
+    if stage.n_runs >= 66:
         print("midway", flush=True)
         time.sleep(60)
 
