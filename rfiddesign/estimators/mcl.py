@@ -7,8 +7,10 @@ import numpy as np
 
 from rfiddesign import require
 from rfiddesign.estimators import _mcl_kernels as kernels
+from rfiddesign.estimators import _particle_kernels as particle_kernels
 from rfiddesign.estimators.start import KnownStart, Start
 from rfiddesign.geometry import DetectionArea, ReaderLayout
+from rfiddesign.models._lane_kernels import LANES
 from rfiddesign.models._math_kernels import binary_angle
 from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import OmnidirectionalMotion
@@ -159,7 +161,7 @@ def predict(model: MclModel, state: MclState, increment: np.ndarray) -> MclState
         state.key, state.step, model.settings.n_particles, np.asarray(increment, float), model.deviations, drawn,
         headings, cloud,
     )  # fmt: skip
-    kernels.store(cloud, drawn, headings)
+    particle_kernels.store(cloud, drawn, headings)
     return _with_particles(state, drawn, headings)
 
 
@@ -174,11 +176,12 @@ def update(model: MclModel, state: MclState, antenna: np.ndarray, tag_mm: np.nda
     antenna = np.asarray(antenna, np.int64)
     tags = np.asarray(tag_mm, float).reshape(-1, 2)
     cloud, drawn, headings = _workspace(state)
-    kernels.load(drawn, headings, cloud)
+    particle_kernels.load(drawn, headings, cloud)
     moments = np.empty(N_ESTIMATE)
+    reads = np.column_stack([tags, model.positions_mm[antenna], model.whitening[antenna].reshape(-1, 4)])
     kernels.update(
-        state.key, state.step, model.settings.n_particles, tags, model.positions_mm[antenna],
-        model.whitening[antenna], model.rules, model.table, cloud, drawn, headings, moments,
+        state.key, state.step, model.settings.n_particles, reads.astype(np.float32), model.rules, model.table, cloud,
+        drawn, headings, moments,
     )  # fmt: skip
     return replace(_with_particles(state, drawn, headings), step=state.step + 1, moments=moments)
 
@@ -225,9 +228,8 @@ def track(model: MclModel, state: MclState, recording: Recording, last: int, est
 def _workspace(state: MclState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The arrays of the compiled filter (cloud, drawn, headings), the latter two filled with the state's particles."""
     m = state.headings.size
-    n_blocks = -(-m // kernels.LANES)
-    room = n_blocks * kernels.LANES + kernels.COPIES
-    cloud = np.empty((n_blocks, kernels.BLOCK_SIZE), np.float32)
+    width, room = -(-m // LANES) * LANES, particle_kernels.room_for(m)
+    cloud = np.empty((particle_kernels.N_FIELDS, width), np.float32)
     drawn, headings = np.zeros((3, room), np.float32), np.zeros(room, np.int32)
     drawn[:2, :m] = state.particles
     # Lanes beyond the last particle weigh nothing, and stay near the others.

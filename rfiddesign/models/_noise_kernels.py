@@ -5,12 +5,11 @@ got.  Sources: splitmix64 (Steele, Lea, Flood 2014); the 32-bit mixer `lowbias32
 a polynomial of our own for the inverse of the normal distribution.
 """
 
-import math
-
 import numpy as np
 from numba import njit
 
-from rfiddesign.models._math_kernels import fma_32
+from rfiddesign.models import _lane_kernels as lanes
+from rfiddesign.models._lane_kernels import fma
 
 # One stream per use, so that a change in how often one is drawn leaves the others alone.
 STREAM_ODOMETRY = 1
@@ -23,19 +22,22 @@ STREAM_INSTALLATION = 6
 _F = np.float32
 _U = np.uint32
 _W = np.uint64
-# The bump of log2 between powers of two, divided by m (1 - m); and the normal quantile over sqrt(-log2 u).
-_B0 = 0.44183588
-_B1 = -0.26653627
-_B2 = 0.14701878
-_B3 = -0.04424374
-_Z0 = -2.3014235
-_Z1 = 3.2199233
-_Z2 = -1.3971417
-_Z3 = 0.63065535
-_Z4 = -0.1803738
-_Z5 = 0.03126139
-_Z6 = -0.0029823203
-_Z7 = 0.000119800716
+# 159 - x - log2(f) + (f - 1) for 1 <= f < 2, to 1.3e-5, and the normal quantile of u over sqrt(-log2 u), to 1.3e-4 of
+# it (of 0.3 where that is more).
+_L0 = _F(160.80036)
+_L1 = _F(-4.09170624)
+_L2 = _F(3.55078639)
+_L3 = _F(-1.63114418)
+_L4 = _F(0.4165621)
+_L5 = _F(-0.0448733941)
+_Z0 = _F(-2.30143678)
+_Z1 = _F(3.21998032)
+_Z2 = _F(-1.39723694)
+_Z3 = _F(0.630735145)
+_Z4 = _F(-0.180410367)
+_Z5 = _F(0.031270619)
+_Z6 = _F(-0.00298352037)
+_Z7 = _F(0.00011986324)
 
 
 @njit(cache=True, nogil=True)
@@ -61,13 +63,11 @@ def step_key(key, stream, step):
 
 @njit(inline="always", cache=True, nogil=True)
 def random_bits(key_low, key_high, index):
-    """32 random bits for draw `index` of a step's stream, whose key is given as its two halves."""
-    h = _U(_U(index) + key_low)
-    h = _U(h ^ (h >> _U(16)))
-    h = _U(h * _U(0x7FEB352D))
-    h = _U(h ^ (h >> _U(15)) ^ key_high)
-    h = _U(h * _U(0x846CA68B))
-    return _U(h ^ (h >> _U(16)))
+    """32 random bits for draw `index` (uint32, one or lanes) of a step's stream, whose key is given as two halves."""
+    h = lanes.add(index, key_low)
+    h = lanes.multiply(lanes.differ(h, lanes.shift_right(h, 16)), _U(0x7FEB352D))
+    h = lanes.multiply(lanes.differ(lanes.differ(h, lanes.shift_right(h, 15)), key_high), _U(0x846CA68B))
+    return lanes.differ(h, lanes.shift_right(h, 16))
 
 
 @njit(inline="always", cache=True, nogil=True)
@@ -78,34 +78,26 @@ def key_halves(key):
 
 @njit(inline="always", cache=True, nogil=True)
 def unit_uniform(bits):
-    """Uniform float32 strictly inside (0, 1): odd multiples of 2^-24, which float32 holds exactly up to the last."""
-    return _F(_F(np.int32(bits >> _U(9))) + _F(0.5)) * _F(1.1920929e-07)
+    """Uniform float32 strictly inside (0, 1) from bits (one or lanes): odd multiples of 2^-24."""
+    return (lanes.to_float(lanes.signed(lanes.shift_right(bits, 9))) + _F(0.5)) * _F(1.1920929e-07)
 
 
 @njit(inline="always", cache=True, nogil=True)
 def standard_normal(bits):
-    """Standard normal float32 from 32 random bits by inversion, to 6.4 sigma.
+    """Standard normal float32 from 32 random bits (one or lanes) by inversion, to 6.4 sigma.
 
     The top bit is the sign, the others a tail probability u = (bits + 1/2) / 2^32 below 1/2.  The quantile is a
     polynomial in sqrt(-log2 u); the error is below 2e-4 of the quantile (of 0.3 where that is more).
     """
-    tail = _F(_F(np.int32(bits & _U(0x7FFFFFFF))) + _F(0.5))
-    word = tail.view(np.int32)
-    mantissa = np.int32((word & np.int32(0x007FFFFF)) | np.int32(0x3F800000)).view(np.float32)
-    m = _F(mantissa - _F(1.0))
+    tail = lanes.to_float(lanes.signed(lanes.both(bits, 0x7FFFFFFF))) + _F(0.5)
+    pattern = lanes.bits_of(tail)
+    f = lanes.float_of(lanes.either(lanes.both(pattern, 0x007FFFFF), 0x3F800000))
     # The bits of a float, read as an integer, are its logarithm but for a bump within each octave.
-    bump = fma_32(fma_32(fma_32(_F(_B3), m, _F(_B2)), m, _F(_B1)), m, _F(_B0))
-    log_u = fma_32(_F(word), _F(-1.1920929e-07), _F(159.0))
-    s = _F(math.sqrt(fma_32(_F(m - _F(1.0)) * m, bump, log_u)))
-    z = fma_32(_F(_Z7), s, _F(_Z6))
-    z = fma_32(z, s, _F(_Z5))
-    z = fma_32(z, s, _F(_Z4))
-    z = fma_32(z, s, _F(_Z3))
-    z = fma_32(z, s, _F(_Z2))
-    z = fma_32(z, s, _F(_Z1))
-    z = fma_32(z, s, _F(_Z0))
-    sign = np.int32(bits & _U(0x80000000))
-    return np.int32(_F(z).view(np.int32) ^ sign).view(np.float32)
+    bump = fma(fma(fma(fma(f, _L5, _L4), f, _L3), f, _L2), f, _L1)
+    s = lanes.square_root(fma(bump, f, fma(lanes.to_float(pattern), _F(-1.1920929e-07), _L0)))
+    z = fma(fma(fma(fma(s, _Z7, _Z6), s, _Z5), s, _Z4), s, _Z3)
+    z = fma(fma(fma(z, s, _Z2), s, _Z1), s, _Z0)
+    return lanes.float_of(lanes.differ(lanes.bits_of(z), lanes.signed(lanes.both(bits, 0x80000000))))
 
 
 @njit(cache=True, nogil=True)

@@ -68,6 +68,9 @@ class DistanceLikelihood:
             return to_antenna
         # A uniform disc of radius r has variance r^2/4 per axis, hence the factor 2.
         values, axes = np.linalg.eigh(np.asarray(area.covariance_mm2))
+        if values[1] - values[0] <= 1e-9 * values[1]:
+            # Turning changes no distance.
+            return np.broadcast_to(np.eye(2) / (2.0 * self.sigma_per_radius * math.sqrt(values[1])), (yaws.size, 2, 2))
         root = axes @ np.diag(1.0 / (2.0 * self.sigma_per_radius * np.sqrt(values))) @ axes.T
         return root @ to_antenna
 

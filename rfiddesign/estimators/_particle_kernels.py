@@ -1,0 +1,118 @@
+"""How particles lie in memory, and systematic resampling of them.
+
+Between steps the particles lie in `drawn`: float32 x, y [mm] and log weight, and int32 binary headings beside it.
+Within a step they lie in the fields of a `cloud`.  All arrays hold whole groups of LANES; lanes beyond the last
+particle hold numbers that count for nothing.
+"""
+
+import numpy as np
+from numba import njit
+
+from rfiddesign.models import _lane_kernels as lanes
+from rfiddesign.models._lane_kernels import LANES
+from rfiddesign.models._math_kernels import sin_cos
+from rfiddesign.models._noise_kernels import STREAM_RESAMPLE, key_halves, random_bits, step_key, unit_uniform
+
+_F = np.float32
+_I = np.int32
+_U = np.uint32
+# Rows of a cloud.
+X, Y, HEADING, SINE, COSINE, LOG, WEIGHT = range(7)
+N_FIELDS = 7
+# The sum of all weights in resampling, as a power of two.
+_TOTAL_BITS = 30
+
+
+def room_for(n_particles: int) -> int:
+    """Length of the arrays that `resample` writes `n_particles` to.
+
+    It writes whole groups, and rounding may make the draws more by one in a thousand.
+    """
+    return -(-n_particles // LANES) * LANES + n_particles // 1000 + 2 * LANES
+
+
+@njit(cache=True, nogil=True)
+def load(drawn, headings, cloud):
+    """Bring the drawn particles into the cloud, each with weight 1."""
+    width = cloud.shape[1]
+    for i in range(0, width, LANES):
+        angle = lanes.load(headings, i)
+        lanes.store(cloud, X * width + i, lanes.load(drawn[0], i))
+        lanes.store(cloud, Y * width + i, lanes.load(drawn[1], i))
+        turn(angle, cloud, i)
+
+
+@njit(inline="always", cache=True, nogil=True)
+def turn(angle, cloud, i):
+    """Set the heading of the particles from i on, and their weight to 1."""
+    width = cloud.shape[1]
+    s, c = sin_cos(angle)
+    lanes.store(cloud, HEADING * width + i, lanes.float_of(angle))
+    lanes.store(cloud, SINE * width + i, s)
+    lanes.store(cloud, COSINE * width + i, c)
+    lanes.store(cloud, LOG * width + i, lanes.copies(_F(0.0)))
+
+
+@njit(cache=True, nogil=True)
+def store(cloud, drawn, headings):
+    """The inverse of `load`."""
+    width = cloud.shape[1]
+    for i in range(0, width, LANES):
+        lanes.store(drawn[0], i, lanes.load(cloud, X * width + i))
+        lanes.store(drawn[1], i, lanes.load(cloud, Y * width + i))
+        lanes.store(headings, i, lanes.bits_of(lanes.load(cloud, HEADING * width + i)))
+
+
+@njit(cache=True, nogil=True)
+def resample(key, step, n_particles, total, has_logs, cloud, drawn, headings):
+    """Systematic resampling (hf_multireader_mcl, Algorithm 1, lines 7-10) from the cloud to `drawn`.
+
+    Weights are laid end to end as integers, lane by lane of all groups, in units such that draw j takes the particle
+    whose share contains j 2^shift + offset: no sum depends on its order, no search is needed, and all lanes are
+    counted at once.  In the cloud the shares take the weights' place.
+
+    Parameters
+    ----------
+    total : sum of the weights.
+    has_logs : whether the particles' log weights are written to `drawn[2]`.
+    drawn, headings : (3, `room_for(n_particles)`) float32 x, y, log weight, and int32.
+    """
+    width, room = cloud.shape[1], drawn.shape[1]
+    shift = _TOTAL_BITS
+    while n_particles << shift > 1 << _TOTAL_BITS:
+        shift -= 1
+    scale = _F(np.float64(n_particles) * np.float64(1 << shift) / total)
+    sums = lanes.copies(_I(0))
+    for i in range(WEIGHT * width, (WEIGHT + 1) * width, LANES):
+        share = lanes.to_integer(lanes.fma(lanes.load(cloud, i), scale, _F(0.5)))
+        lanes.store(cloud, i, lanes.float_of(share))
+        sums = lanes.add(sums, share)
+    low, high = key_halves(step_key(key, STREAM_RESAMPLE, step))
+    offset = np.int64(np.float64(unit_uniform(random_bits(low, high, _U(0)))) * np.float64(1 << shift))
+    # Where each lane begins; counts draws rounded up.
+    ends = lanes.add(lanes.subtract(lanes.running_sums(sums), sums), _I((1 << shift) - 1 - offset))
+    drawn_before = lanes.shift_right(ends, shift)
+    place = 0
+    for i in range(0, width, LANES):
+        x, y = lanes.load(cloud, X * width + i), lanes.load(cloud, Y * width + i)
+        heading = lanes.bits_of(lanes.load(cloud, HEADING * width + i))
+        ends = lanes.add(ends, lanes.bits_of(lanes.load(cloud, WEIGHT * width + i)))
+        drawn_now = lanes.shift_right(ends, shift)
+        count = lanes.subtract(drawn_now, drawn_before)
+        drawn_before = drawn_now
+        copy, is_taken = 1, lanes.is_at_least(count, 1)
+        n_taken = lanes.how_many(is_taken)
+        while n_taken > 0:
+            lanes.store_chosen(drawn, place, x, is_taken)
+            lanes.store_chosen(drawn, room + place, y, is_taken)
+            lanes.store_chosen(headings, place, heading, is_taken)
+            if has_logs:
+                lanes.store_chosen(drawn, 2 * room + place, lanes.load(cloud, LOG * width + i), is_taken)
+            place += n_taken
+            copy += 1
+            is_taken = lanes.is_at_least(count, copy)
+            n_taken = lanes.how_many(is_taken)
+    # Rounding may leave the last draw without a particle, and lanes beyond it must hold numbers: they take the one
+    # before.
+    for k in range(min(place, n_particles), width):
+        drawn[0, k], drawn[1, k], drawn[2, k], headings[k] = drawn[0, k - 1], drawn[1, k - 1], drawn[2, k - 1], headings[k - 1]
