@@ -31,6 +31,7 @@ from rfiddesign.models._noise_kernels import (
     STREAM_PREDICT,
     key_halves,
     random_bits,
+    random_triple,
     standard_normal,
     step_key,
     unit_uniform,
@@ -41,15 +42,14 @@ _I = np.int32
 _U = np.uint32
 _LOWEST_LOG = _F(-80.0)
 # Weights are taken relative to the best particle's if their sum is beyond these.
-_LEAST_TOTAL, _MOST_TOTAL = 1e-15, 1e15
-_RAD_PER_UNIT = _F(RADIANS_PER_BINARY_UNIT)
+_LEAST_TOTAL, _MOST_TOTAL = 1e-10, 1e10
 # Columns of an estimate: pose, covariance (upper triangle by columns), effective sample size.
 N_ESTIMATE = 10
 # Columns of a read: the tag on the map, its antenna on the robot at the read, whitening by rows.
 N_READ = 8
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def scatter(key, low_x, low_y, high_x, high_y, x, y, heading):
     """Particles uniform over a box, headings uniform over the turn."""
     low, high = key_halves(step_key(key, STREAM_INITIALIZE, 0))
@@ -59,44 +59,42 @@ def scatter(key, low_x, low_y, high_x, high_y, x, y, heading):
         heading[m] = _I(random_bits(low, high, _U(3 * m + 2)))
 
 
-@njit(cache=True, nogil=True)
-def predict(key, step, n_particles, increment, deviations, drawn, headings, cloud):
-    """Line 3: move each drawn particle by an odometry increment (body frame) plus noise (eq. 1) into the cloud."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def predict(key, step, odometry, row, deviations, drawn, headings, cloud):
+    """Line 3: move each drawn particle by an odometry increment plus noise (eq. 1) into the cloud.
+
+    The increment is a row of `odometry` (n, 3), in the robot's frame.
+    """
     width, room = cloud.shape[1], drawn.shape[1]
     low, high = key_halves(step_key(key, STREAM_PREDICT, step))
-    n, twice = _U(n_particles), _U(2 * n_particles)
-    dx, dy, turned = _F(increment[0]), _F(increment[1]), binary_angle(increment[2])
+    dx, dy, turned = _F(odometry[row, 0]), _F(odometry[row, 1]), binary_angle(odometry[row, 2])
     sx, sy, sh = _F(deviations[0]), _F(deviations[1]), _F(deviations[2])
-    # Loops of few constants each: all of them stay in registers.
+    # Two loops, so that the constants of each stay in registers.
     for i in range(0, width, LANES):
-        m = lanes.count_up(_U(i))
-        lanes.store(cloud, X * width + i, fma(standard_normal(random_bits(low, high, m)), sx, dx))
-    for i in range(0, width, LANES):
-        m = lanes.add(lanes.count_up(_U(i)), n)
-        lanes.store(cloud, Y * width + i, fma(standard_normal(random_bits(low, high, m)), sy, dy))
-    for i in range(0, width, LANES):
-        m = lanes.add(lanes.count_up(_U(i)), twice)
-        lanes.store(cloud, LOG * width + i, standard_normal(random_bits(low, high, m)) * sh)
+        for_x, for_y, for_heading = random_triple(low, high, lanes.count_up(_U(i)))
+        lanes.store(cloud, X * width + i, fma(standard_normal(for_x), sx, dx))
+        lanes.store(cloud, Y * width + i, fma(standard_normal(for_y), sy, dy))
+        lanes.store(cloud, HEADING * width + i, standard_normal(for_heading) * sh)
     for i in range(0, width, LANES):
         forward, sideways = lanes.load(cloud, X * width + i), lanes.load(cloud, Y * width + i)
+        noise = small_binary_angle(lanes.load(cloud, HEADING * width + i))
         heading = lanes.load(headings, i)
         s, c = sin_cos(heading)
         lanes.store(cloud, X * width + i, lanes.load(drawn, i) + fma(c, forward, -(s * sideways)))
         lanes.store(cloud, Y * width + i, lanes.load(drawn, room + i) + fma(s, forward, c * sideways))
-        noise = small_binary_angle(lanes.load(cloud, LOG * width + i))
         turn(lanes.add(lanes.add(heading, turned), noise), cloud, i)
 
 
-@njit(cache=True, nogil=True)
-def weigh_by_distance(read, inner_radius, log_tail, cloud):
-    """Line 4 for one read: add the logarithm of eq. 6 to each particle's log weight."""
-    w00, w01, w10, w11 = read[4], read[5], read[6], read[7]
+@njit(cache=True, nogil=True, error_model="numpy")
+def weigh_by_distance(reads, k, inner_radius, log_tail, cloud):
+    """Line 4 for the k-th read: add the logarithm of eq. 6 to each particle's log weight."""
+    w00, w01, w10, w11 = reads[k, 4], reads[k, 5], reads[k, 6], reads[k, 7]
     is_isotropic = w00 == w11 and w01 == _F(0.0) and w10 == _F(0.0)
     precision = _F(w00 * w00) if is_isotropic else _F(1.0)
     inner, tail, half = _F(_F(inner_radius * inner_radius) / precision), _F(log_tail), _F(_F(-0.5) * precision)
     width = cloud.shape[1]
     for i in range(0, width, LANES):
-        u, v = _in_antenna_frame(read, cloud, i)
+        u, v = _in_antenna_frame(reads, k, cloud, i)
         if not is_isotropic:
             u, v = fma(u, w00, v * w01), fma(u, w10, v * w11)
         d2 = fma(u, u, v * v)
@@ -104,19 +102,19 @@ def weigh_by_distance(read, inner_radius, log_tail, cloud):
         lanes.store(cloud, LOG * width + i, lanes.load(cloud, LOG * width + i) + log)
 
 
-@njit(cache=True, nogil=True)
-def weigh_by_field(read, table, cell, cloud):
-    """Line 4 for one read: add the tabulated log probability of the read at the tag's place in the antenna's frame.
+@njit(cache=True, nogil=True, error_model="numpy")
+def weigh_by_field(reads, k, table, cell, cloud):
+    """Line 4 for the k-th read: add the tabulated log probability at the tag's place in the antenna's frame.
 
     `table` (n, m) float32 is centred on the antenna; its border cells hold the value for every place beyond.
     """
-    w00, w01, w10, w11 = read[4], read[5], read[6], read[7]
+    w00, w01, w10, w11 = reads[k, 4], reads[k, 5], reads[k, 6], reads[k, 7]
     n_i, n_j = table.shape
     per_cell, half_i, half_j = _F(1.0 / cell), _F(0.5 * n_i), _F(0.5 * n_j)
     last_i, last_j = _F(n_i - 1), _F(n_j - 1)
     width = cloud.shape[1]
     for i in range(0, width, LANES):
-        u, v = _in_antenna_frame(read, cloud, i)
+        u, v = _in_antenna_frame(reads, k, cloud, i)
         p = fma(fma(u, w00, v * w01), per_cell, half_i)
         q = fma(fma(u, w10, v * w11), per_cell, half_j)
         row = lanes.to_integer(lanes.lesser(lanes.greater(p, _F(0.0)), last_i))
@@ -125,48 +123,48 @@ def weigh_by_field(read, table, cell, cloud):
         lanes.store(cloud, LOG * width + i, lanes.load(cloud, LOG * width + i) + log)
 
 
-@njit(inline="always", cache=True, nogil=True)
-def _in_antenna_frame(read, cloud, i):
-    """Where the read tag lies from the antennas of the particles from i on, in the robot's axes."""
+@njit(inline="always", cache=True, nogil=True, error_model="numpy")
+def _in_antenna_frame(reads, k, cloud, i):
+    """Where the k-th read's tag lies from its antenna on the particles from i on, in the robot's axes."""
     width = cloud.shape[1]
-    dx, dy = read[0] - lanes.load(cloud, X * width + i), read[1] - lanes.load(cloud, Y * width + i)
+    dx, dy = reads[k, 0] - lanes.load(cloud, X * width + i), reads[k, 1] - lanes.load(cloud, Y * width + i)
     s, c = lanes.load(cloud, SINE * width + i), lanes.load(cloud, COSINE * width + i)
-    return fma(c, dx, fma(s, dy, -read[2])), fma(c, dy, fma(-s, dx, -read[3]))
+    return fma(c, dx, fma(s, dy, -reads[k, 2])), fma(c, dy, fma(-s, dx, -reads[k, 3]))
 
 
-@njit(cache=True, nogil=True)
-def estimate(n_particles, cloud, out):
+@njit(inline="always", cache=True, nogil=True, error_model="numpy")
+def estimate(n_particles, cloud, out, row):
     """Weights from log weights, and their estimate (eq. 3).
 
     The estimate is the weighted mean of the particles (heading: of the direction), their covariance and the effective
-    sample size.  Lanes beyond the last particle weigh nothing.  Returns the sum of the weights and the least log
-    weight.
+    sample size.  Lanes beyond the last particle weigh nothing.  Returns the sum of the weights and a log weight
+    that none is below.
 
     One pass weighs and takes the moments about the first particle.  A second one follows where that lies far out, where
     the headings spread so much that the turn at which they wrap matters, or where all weights are next to nothing:
     then they are taken relative to the best particle's.
     """
     x0, y0, heading0 = cloud[X, 0], cloud[Y, 0], lanes.bits_of(cloud[HEADING, 0])
-    total, lowest, mean_turn = _moments(n_particles, _F(0.0), x0, y0, heading0, cloud, out)
+    total, lowest, mean_turn = _moments(n_particles, _F(0.0), x0, y0, heading0, cloud, out, row)
     best = _F(0.0)
     if total < _LEAST_TOTAL or total > _MOST_TOTAL:
         best = cloud[LOG, 0]
         for m in range(n_particles):
             best = max(best, cloud[LOG, m])
-        total, lowest, mean_turn = _moments(n_particles, best, x0, y0, heading0, cloud, out)
-    off_x, off_y = out[0] - x0, out[1] - y0
-    is_far = off_x * off_x > 100.0 * out[3] + 1e-6 or off_y * off_y > 100.0 * out[5] + 1e-6
-    if is_far or abs(mean_turn) > 1.0 or out[8] > 0.01:
-        x1, y1, heading1 = _F(out[0]), _F(out[1]), binary_angle(out[2])
-        total, lowest, mean_turn = _moments(n_particles, best, x1, y1, heading1, cloud, out)
+        total, lowest, mean_turn = _moments(n_particles, best, x0, y0, heading0, cloud, out, row)
+    off_x, off_y = out[row, 0] - x0, out[row, 1] - y0
+    is_far = off_x * off_x > 100.0 * out[row, 3] + 1e-6 or off_y * off_y > 100.0 * out[row, 5] + 1e-6
+    if is_far or abs(mean_turn) > 1.0 or out[row, 8] > 0.01:
+        x1, y1, heading1 = _F(out[row, 0]), _F(out[row, 1]), binary_angle(out[row, 2])
+        total, lowest, mean_turn = _moments(n_particles, best, x1, y1, heading1, cloud, out, row)
     return total, lowest
 
 
-@njit(cache=True, nogil=True)
-def _moments(n_particles, best, x0, y0, heading0, cloud, out):
+@njit(cache=True, nogil=True, error_model="numpy")
+def _moments(n_particles, best, x0, y0, heading0, cloud, out, row):
     """Weights relative to `best` and their moments about (x0, y0, heading0).
 
-    Returns the sum of the weights, the least log weight and the mean turn from heading0.
+    Returns the sum of the weights, a log weight that none is below, and the mean turn from heading0.
     """
     width = cloud.shape[1]
     zero = lanes.copies(_F(0.0))
@@ -175,13 +173,13 @@ def _moments(n_particles, best, x0, y0, heading0, cloud, out):
     sum_xx = sum_xy = sum_yy = sum_xt = sum_yt = sum_tt = zero
     for i in range(0, width, LANES):
         is_particle = lanes.is_at_least(_I(n_particles - 1), lanes.count_up(_I(i)))
-        log = lanes.choose(is_particle, lanes.load(cloud, LOG * width + i), _F(0.0))
+        log = lanes.load(cloud, LOG * width + i)
         lowest = lanes.lesser(log, lowest)
         w = lanes.choose(is_particle, exp_32(lanes.greater(log - best, _LOWEST_LOG)), _F(0.0))
         lanes.store(cloud, WEIGHT * width + i, w)
         dx, dy = lanes.load(cloud, X * width + i) - x0, lanes.load(cloud, Y * width + i) - y0
         heading = lanes.bits_of(lanes.load(cloud, HEADING * width + i))
-        dt = lanes.to_float(lanes.subtract(heading, heading0)) * _RAD_PER_UNIT
+        dt = lanes.to_float(lanes.subtract(heading, heading0))
         wx, wy, wt = w * dx, w * dy, w * dt
         sum_w, sum_ww = sum_w + w, fma(w, w, sum_ww)
         sum_x, sum_y, sum_t = sum_x + wx, sum_y + wy, sum_t + wt
@@ -190,64 +188,62 @@ def _moments(n_particles, best, x0, y0, heading0, cloud, out):
         sum_xx, sum_xy, sum_yy = fma(wx, dx, sum_xx), fma(wx, dy, sum_xy), fma(wy, dy, sum_yy)
         sum_xt, sum_yt, sum_tt = fma(wx, dt, sum_xt), fma(wy, dt, sum_yt), fma(wt, dt, sum_tt)
     total = np.float64(lanes.total(sum_w))
-    mean_x, mean_y, mean_t = lanes.total(sum_x) / total, lanes.total(sum_y) / total, lanes.total(sum_t) / total
-    out[0], out[1] = x0 + mean_x, y0 + mean_y
-    out[2] = atan2_64(np.float64(lanes.total(sum_s)), np.float64(lanes.total(sum_c)))
-    out[3] = max(lanes.total(sum_xx) / total - mean_x * mean_x, 0.0)
-    out[4] = lanes.total(sum_xy) / total - mean_x * mean_y
-    out[5] = max(lanes.total(sum_yy) / total - mean_y * mean_y, 0.0)
-    out[6] = lanes.total(sum_xt) / total - mean_x * mean_t
-    out[7] = lanes.total(sum_yt) / total - mean_y * mean_t
-    out[8] = max(lanes.total(sum_tt) / total - mean_t * mean_t, 0.0)
-    out[9] = total * total / lanes.total(sum_ww)
+    # Turns were summed in binary units.
+    per_weight, turn_per_weight = 1.0 / total, RADIANS_PER_BINARY_UNIT / total
+    mean_x, mean_y = lanes.total(sum_x) * per_weight, lanes.total(sum_y) * per_weight
+    mean_t = lanes.total(sum_t) * turn_per_weight
+    out[row, 0], out[row, 1] = x0 + mean_x, y0 + mean_y
+    out[row, 2] = atan2_64(np.float64(lanes.total(sum_s)), np.float64(lanes.total(sum_c)))
+    out[row, 3] = max(lanes.total(sum_xx) * per_weight - mean_x * mean_x, 0.0)
+    out[row, 4] = lanes.total(sum_xy) * per_weight - mean_x * mean_y
+    out[row, 5] = max(lanes.total(sum_yy) * per_weight - mean_y * mean_y, 0.0)
+    out[row, 6] = lanes.total(sum_xt) * turn_per_weight - mean_x * mean_t
+    out[row, 7] = lanes.total(sum_yt) * turn_per_weight - mean_y * mean_t
+    out[row, 8] = max(lanes.total(sum_tt) * (turn_per_weight * RADIANS_PER_BINARY_UNIT) - mean_t * mean_t, 0.0)
+    out[row, 9] = total * total / lanes.total(sum_ww)
     return total, lanes.least(lowest), mean_t
 
 
-@njit(cache=True, nogil=True)
-def reinitialize(key, step, log_alpha, reads, n_particles, drawn, headings):
+@njit(cache=True, nogil=True, error_model="numpy")
+def reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headings):
     """Lines 11-13 with eq. 4: a particle of weight below alpha restarts under a read tag with any heading.
 
-    The reads (n, N_READ) are dealt to the particles in turn.  Returns how many particles restarted.
+    The reads (n_reads or more, N_READ) are dealt to the particles in turn.  Returns how many particles restarted.
     """
     low, high = key_halves(step_key(key, STREAM_INITIALIZE, step + 1))
-    x, y, log_weights = drawn[0], drawn[1], drawn[2]
     n_restarted = 0
     for m in range(n_particles):
-        if log_weights[m] < log_alpha:
+        if drawn[2, m] < log_alpha:
             angle = _I(random_bits(low, high, _U(m)))
             s, c = sin_cos(angle)
-            k = m % reads.shape[0]
+            k = m % n_reads
             tx, ty, ax, ay = reads[k, 0], reads[k, 1], reads[k, 2], reads[k, 3]
-            x[m] = _F(tx - fma(c, ax, -_F(s * ay)))
-            y[m] = _F(ty - fma(s, ax, _F(c * ay)))
+            drawn[0, m] = tx - fma(c, ax, -_F(s * ay))
+            drawn[1, m] = ty - fma(s, ax, _F(c * ay))
             headings[m] = angle
             n_restarted += 1
     return n_restarted
 
 
-@njit(cache=True, nogil=True)
-def update(key, step, n_particles, reads, rules, table, cloud, drawn, headings, out):
-    """Lines 4-13 for the reads of one step, from the cloud to `drawn`; writes the estimate to `out`.
+@njit(inline="always", cache=True, nogil=True, error_model="numpy")
+def update(key, step, n_particles, reads, n_reads, rules, table, cloud, drawn, headings, out, row):
+    """Lines 4-13 for the reads of one step, from the cloud to `drawn`; writes the estimate to a row of `out`.
 
     Parameters
     ----------
-    reads : (n_reads, N_READ) float32, see there; with a table, whitening is the rotation to the antenna's axes.
+    reads : (n_reads or more, N_READ) float32, see there; with a table, whitening is the rotation to the antenna's axes.
     rules : (inner_radius, log_tail, log_alpha, cell_mm of the table); log_alpha = -inf: no reinitialization.
     table : (n, m) float32 log probability of a read; without cells the likelihood is that of the distance.
     cloud : (N_FIELDS, width) float32.
     drawn, headings : see `resample`.
-    out : (N_ESTIMATE,).
+    out : (n, N_ESTIMATE).
     """
-    n_reads = reads.shape[0]
     for k in range(n_reads):
-        read = (
-            reads[k, 0], reads[k, 1], reads[k, 2], reads[k, 3], reads[k, 4], reads[k, 5], reads[k, 6], reads[k, 7],
-        )  # fmt: skip
         if table.shape[0] > 0:
-            weigh_by_field(read, table, rules[3], cloud)
+            weigh_by_field(reads, k, table, rules[3], cloud)
         else:
-            weigh_by_distance(read, rules[0], rules[1], cloud)
-    total, lowest = estimate(n_particles, cloud, out)
+            weigh_by_distance(reads, k, rules[0], rules[1], cloud)
+    total, lowest = estimate(n_particles, cloud, out, row)
     if n_reads == 0:
         store(cloud, drawn, headings)
         return
@@ -255,29 +251,26 @@ def update(key, step, n_particles, reads, rules, table, cloud, drawn, headings, 
     is_doubted = lowest < log_alpha
     resample(key, step, n_particles, total, is_doubted, cloud, drawn, headings)
     if is_doubted:
-        reinitialize(key, step, log_alpha, reads, n_particles, drawn, headings)
+        reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headings)
 
 
-@njit(cache=True, nogil=True)
-def age_antennas(read_antenna, read_age, positions, increment, dt, out):
-    """Where each read's antenna was, in the robot's frame at the end of the step.
+@njit(cache=True, nogil=True, error_model="numpy")
+def antenna_then(x, y, back, forward, sideways, turn):
+    """Where an antenna at (x, y) on the robot was the share `back` of a step ago, in the robot's frame of now.
 
-    `increment` is the step's motion in the robot's frame at its begin, driven and turned at constant rates.
+    The robot's motion over the step is (forward, sideways, turn) in its frame at the begin, driven and turned at
+    constant rates.
     """
-    s_end, c_end = sin_cos_64(increment[2])
-    for k in range(read_antenna.shape[0]):
-        x, y = positions[read_antenna[k], 0], positions[read_antenna[k], 1]
-        back = read_age[k] / dt
-        if back == 0.0:
-            out[k, 0], out[k, 1] = x, y
-            continue
-        s, c = sin_cos_64(back * increment[2])
-        behind_x, behind_y = back * increment[0], back * increment[1]
-        out[k, 0] = c * x + s * y - (c_end * behind_x + s_end * behind_y)
-        out[k, 1] = c * y - s * x - (c_end * behind_y - s_end * behind_x)
+    s_end, c_end = sin_cos_64(turn)
+    s, c = sin_cos_64(back * turn)
+    behind_x, behind_y = back * forward, back * sideways
+    return (
+        c * x + s * y - (c_end * behind_x + s_end * behind_y),
+        c * y - s * x - (c_end * behind_y - s_end * behind_x),
+    )
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def track(key, first, last, n_particles, log, model, cloud, drawn, headings, estimates):
     """Run the filter over steps first..last-1 of a recording; estimates[t + 1] is the belief after step t.
 
@@ -291,20 +284,36 @@ def track(key, first, last, n_particles, log, model, cloud, drawn, headings, est
     n_most = 0
     for t in range(first, last):
         n_most = max(n_most, read_start[t + 1] - read_start[t])
-    antennas = np.empty((n_most, 2))
     reads = np.empty((n_most, N_READ), np.float32)
-    ages = np.zeros(n_most)
     for t in range(first, last):
-        predict(key, t, n_particles, odometry[t], deviations, drawn, headings, cloud)
-        a, b = read_start[t], read_start[t + 1]
-        n = b - a
-        if is_age_compensated:
-            ages[:n] = read_age[a:b]
-        age_antennas(read_antenna[a:b], ages[:n], positions, odometry[t], dt, antennas[:n])
-        for k in range(n):
-            antenna = read_antenna[a + k]
-            reads[k, 0], reads[k, 1] = read_tags[a + k, 0], read_tags[a + k, 1]
-            reads[k, 2], reads[k, 3] = antennas[k, 0], antennas[k, 1]
-            reads[k, 4], reads[k, 5] = whitening[antenna, 0, 0], whitening[antenna, 0, 1]
-            reads[k, 6], reads[k, 7] = whitening[antenna, 1, 0], whitening[antenna, 1, 1]
-        update(key, t, n_particles, reads[:n], rules, table, cloud, drawn, headings, estimates[t + 1])
+        predict(key, t, odometry, t, deviations, drawn, headings, cloud)
+        _gather(
+            t,
+            odometry,
+            read_start,
+            read_antenna,
+            read_tags,
+            read_age,
+            dt,
+            positions,
+            whitening,
+            is_age_compensated,
+            reads,
+        )
+        n_reads = read_start[t + 1] - read_start[t]
+        update(key, t, n_particles, reads, n_reads, rules, table, cloud, drawn, headings, estimates, t + 1)
+
+
+@njit(inline="always", cache=True, nogil=True, error_model="numpy")
+def _gather(
+    t, odometry, read_start, read_antenna, read_tags, read_age, dt, positions, whitening, is_age_compensated, reads
+):
+    """The reads of step t as `update` takes them."""
+    for row in range(read_start[t], read_start[t + 1]):
+        antenna, k = read_antenna[row], row - read_start[t]
+        x, y = positions[antenna, 0], positions[antenna, 1]
+        if is_age_compensated and read_age[row] > 0.0:
+            x, y = antenna_then(x, y, read_age[row] / dt, odometry[t, 0], odometry[t, 1], odometry[t, 2])
+        reads[k, 0], reads[k, 1], reads[k, 2], reads[k, 3] = read_tags[row, 0], read_tags[row, 1], x, y
+        reads[k, 4], reads[k, 5] = whitening[antenna, 0, 0], whitening[antenna, 0, 1]
+        reads[k, 6], reads[k, 7] = whitening[antenna, 1, 0], whitening[antenna, 1, 1]

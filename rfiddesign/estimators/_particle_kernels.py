@@ -31,7 +31,7 @@ def room_for(n_particles: int) -> int:
     return -(-n_particles // LANES) * LANES + n_particles // 1000 + 2 * LANES
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def load(drawn, headings, cloud):
     """Bring the drawn particles into the cloud, each with weight 1."""
     width = cloud.shape[1]
@@ -42,7 +42,7 @@ def load(drawn, headings, cloud):
         turn(angle, cloud, i)
 
 
-@njit(inline="always", cache=True, nogil=True)
+@njit(inline="always", cache=True, nogil=True, error_model="numpy")
 def turn(angle, cloud, i):
     """Set the heading of the particles from i on, and their weight to 1."""
     width = cloud.shape[1]
@@ -53,7 +53,7 @@ def turn(angle, cloud, i):
     lanes.store(cloud, LOG * width + i, lanes.copies(_F(0.0)))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def store(cloud, drawn, headings):
     """The inverse of `load`."""
     width = cloud.shape[1]
@@ -63,7 +63,7 @@ def store(cloud, drawn, headings):
         lanes.store(headings, i, lanes.bits_of(lanes.load(cloud, HEADING * width + i)))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def resample(key, step, n_particles, total, has_logs, cloud, drawn, headings):
     """Systematic resampling (hf_multireader_mcl, Algorithm 1, lines 7-10) from the cloud to `drawn`.
 
@@ -100,19 +100,24 @@ def resample(key, step, n_particles, total, has_logs, cloud, drawn, headings):
         drawn_now = lanes.shift_right(ends, shift)
         count = lanes.subtract(drawn_now, drawn_before)
         drawn_before = drawn_now
-        copy, is_taken = 1, lanes.is_at_least(count, 1)
-        n_taken = lanes.how_many(is_taken)
-        while n_taken > 0:
+        # As a rule there are up to two copies, which saves asking.
+        copy, is_more = 1, True
+        while is_more:
+            is_taken = lanes.is_at_least(count, copy)
             lanes.store_chosen(drawn, place, x, is_taken)
             lanes.store_chosen(drawn, room + place, y, is_taken)
             lanes.store_chosen(headings, place, heading, is_taken)
             if has_logs:
                 lanes.store_chosen(drawn, 2 * room + place, lanes.load(cloud, LOG * width + i), is_taken)
-            place += n_taken
+            place += lanes.how_many(is_taken)
             copy += 1
-            is_taken = lanes.is_at_least(count, copy)
-            n_taken = lanes.how_many(is_taken)
+            is_more = copy < 3 or lanes.how_many(lanes.is_at_least(count, copy)) > 0
     # Rounding may leave the last draw without a particle, and lanes beyond it must hold numbers: they take the one
     # before.
     for k in range(min(place, n_particles), width):
-        drawn[0, k], drawn[1, k], drawn[2, k], headings[k] = drawn[0, k - 1], drawn[1, k - 1], drawn[2, k - 1], headings[k - 1]
+        drawn[0, k], drawn[1, k], drawn[2, k], headings[k] = (
+            drawn[0, k - 1],
+            drawn[1, k - 1],
+            drawn[2, k - 1],
+            headings[k - 1],
+        )

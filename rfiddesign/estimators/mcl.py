@@ -158,8 +158,7 @@ def predict(model: MclModel, state: MclState, increment: np.ndarray) -> MclState
     """Move the belief by an odometry increment (3,) in the robot's frame [mm, mm, rad] (line 3)."""
     cloud, drawn, headings = _workspace(state)
     kernels.predict(
-        state.key, state.step, model.settings.n_particles, np.asarray(increment, float), model.deviations, drawn,
-        headings, cloud,
+        state.key, state.step, np.asarray(increment, float).reshape(1, 3), 0, model.deviations, drawn, headings, cloud,
     )  # fmt: skip
     particle_kernels.store(cloud, drawn, headings)
     return _with_particles(state, drawn, headings)
@@ -177,13 +176,13 @@ def update(model: MclModel, state: MclState, antenna: np.ndarray, tag_mm: np.nda
     tags = np.asarray(tag_mm, float).reshape(-1, 2)
     cloud, drawn, headings = _workspace(state)
     particle_kernels.load(drawn, headings, cloud)
-    moments = np.empty(N_ESTIMATE)
+    moments = np.empty((1, N_ESTIMATE))
     reads = np.column_stack([tags, model.positions_mm[antenna], model.whitening[antenna].reshape(-1, 4)])
     kernels.update(
-        state.key, state.step, model.settings.n_particles, reads.astype(np.float32), model.rules, model.table, cloud,
-        drawn, headings, moments,
+        state.key, state.step, model.settings.n_particles, reads.astype(np.float32), len(tags), model.rules,
+        model.table, cloud, drawn, headings, moments, 0,
     )  # fmt: skip
-    return replace(_with_particles(state, drawn, headings), step=state.step + 1, moments=moments)
+    return replace(_with_particles(state, drawn, headings), step=state.step + 1, moments=moments[0])
 
 
 def estimate(state: MclState) -> Estimate:

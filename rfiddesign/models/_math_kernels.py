@@ -20,7 +20,7 @@ _F = np.float32
 _BINARY_PER_RAD_32 = _F(BINARY_UNITS_PER_RADIAN)
 _RAD_PER_BINARY_32 = _F(RADIANS_PER_BINARY_UNIT)
 _LOG2_E = _F(1.4426950408889634)
-_ATAN_TERMS = 18
+_ATAN = tuple((-1.0) ** k / (2 * k + 1) for k in range(20))
 
 
 @njit(inline="always", cache=True, nogil=True)
@@ -39,20 +39,17 @@ def small_binary_angle(theta):
 
 @njit(inline="always", cache=True, nogil=True)
 def sin_cos(angle):
-    """Sine and cosine (float32, error below 1.5e-7) of a binary angle (one or lanes)."""
-    quadrant = lanes.shift_right_signed(lanes.add(angle, 0x20000000), 30)
-    r = lanes.to_float(lanes.subtract(angle, lanes.shift_left(quadrant, 30))) * _RAD_PER_BINARY_32
+    """Sine and cosine (float32, error below 3e-7) of a binary angle (one or lanes)."""
+    # In the left half of the turn both are those of the angle half a turn on, with the other sign.
+    sign = lanes.both(lanes.add(angle, 0x40000000), 0x80000000)
+    r = lanes.to_float(lanes.differ(angle, sign)) * _RAD_PER_BINARY_32
     r2 = r * r
-    s = fma(fma(fma(r2, _F(-1.9515295891e-4), _F(8.3321608736e-3)), r2, _F(-1.6666654611e-1)), r2, _F(1.0)) * r
-    c = fma(fma(r2, _F(2.443315711809948e-5), _F(-1.388731625493765e-3)), r2, _F(4.166664568298827e-2))
-    c = fma(fma(c, r2, _F(-0.5)), r2, _F(1.0))
-    is_swapped = lanes.is_at_least(lanes.both(quadrant, 1), 1)
-    # Bit 1 of the quadrant is the sign of the sine, that of the next quadrant the sign of the cosine.
-    sine_sign = lanes.shift_left(lanes.both(quadrant, 2), 30)
-    cosine_sign = lanes.shift_left(lanes.both(lanes.add(quadrant, 1), 2), 30)
-    sine = lanes.differ(lanes.bits_of(lanes.choose(is_swapped, c, s)), sine_sign)
-    cosine = lanes.differ(lanes.bits_of(lanes.choose(is_swapped, s, c)), cosine_sign)
-    return lanes.float_of(sine), lanes.float_of(cosine)
+    s = fma(fma(fma(r2, _F(2.600054717e-6), _F(-1.980661518e-4)), r2, _F(8.333017291e-3)), r2, _F(-1.66666571e-1))
+    c = fma(fma(fma(r2, _F(2.31943868e-5), _F(-1.38559272e-3)), r2, _F(4.166398946e-2)), r2, _F(-4.999993229e-1))
+    sine, cosine = fma(s, r * r2, r), fma(c, r2, _F(1.0))
+    return lanes.float_of(lanes.differ(lanes.bits_of(sine), sign)), lanes.float_of(
+        lanes.differ(lanes.bits_of(cosine), sign)
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -100,13 +97,20 @@ def atan2_64(y, x):
         return 0.0
     is_steep = across > along
     t = along / across if is_steep else across / along
-    # Below tan(pi/8) the series of the arctangent needs few terms.
+    # Below tan(pi/8) the series of the arctangent needs few terms; four sums of every fourth term do not wait for each
+    # other.
     is_large = t > 0.41421356237309503
     t = (t - 1.0) / (t + 1.0) if is_large else t
     t2 = t * t
-    series = 0.0
-    for k in range(_ATAN_TERMS, -1, -1):
-        series = 1.0 / (2 * k + 1) - t2 * series
+    t4 = t2 * t2
+    t8 = t4 * t4
+    first = second = third = fourth = 0.0
+    for k in range(16, -1, -4):
+        first = _ATAN[k] + t8 * first
+        second = _ATAN[k + 1] + t8 * second
+        third = _ATAN[k + 2] + t8 * third
+        fourth = _ATAN[k + 3] + t8 * fourth
+    series = (first + t2 * second) + t4 * (third + t2 * fourth)
     angle = t * series
     if is_large:
         angle += 0.7853981633974483

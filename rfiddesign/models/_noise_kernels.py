@@ -71,6 +71,24 @@ def random_bits(key_low, key_high, index):
 
 
 @njit(inline="always", cache=True, nogil=True)
+def random_triple(key_low, key_high, index):
+    """Three words of 32 random bits each for draw `index`; the first is that of `random_bits`.
+
+    The three share the hash's first round and have second rounds of their own.
+    """
+    h = lanes.add(index, key_low)
+    h = lanes.multiply(lanes.differ(h, lanes.shift_right(h, 16)), _U(0x7FEB352D))
+    a = lanes.multiply(lanes.differ(lanes.differ(h, lanes.shift_right(h, 15)), key_high), _U(0x846CA68B))
+    b = lanes.multiply(lanes.differ(lanes.differ(h, lanes.shift_right(h, 13)), key_high), _U(0xC2B2AE35))
+    c = lanes.multiply(lanes.differ(lanes.differ(h, lanes.shift_right(h, 17)), key_high), _U(0x9E3779B1))
+    return (
+        lanes.differ(a, lanes.shift_right(a, 16)),
+        lanes.differ(b, lanes.shift_right(b, 16)),
+        lanes.differ(c, lanes.shift_right(c, 16)),
+    )
+
+
+@njit(inline="always", cache=True, nogil=True)
 def key_halves(key):
     """The two 32-bit halves of a 64-bit key."""
     return _U(key & _W(0xFFFFFFFF)), _U(key >> _W(32))
