@@ -1,19 +1,15 @@
 """What is measured on a run, and the limits that a run must keep."""
 
+import math
 from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from rfiddesign import _metrics_kernels as kernels
 from rfiddesign import require
-
-# A robot is localized while it is believed to be within these bounds, and has converged once it has been for this long.
-CONVERGED_POSITION_MM = 50.0
-CONVERGED_HEADING_RAD = 0.2
-CONVERGED_HOLD_S = 1.0
-
-PERCENTILE = 0.95
-# More than the relative rounding error of a sum over a run's steps.
-_ROUNDING = 1.0 + 1e-9
+from rfiddesign._metrics_kernels import CONVERGED_HEADING_RAD, CONVERGED_POSITION_MM
 
 
 @dataclass(frozen=True)
@@ -50,6 +46,18 @@ LIMITED_METRICS = tuple(
 )
 
 
+class LimitTable(NamedTuple):
+    """A requirement as the compiled run asks it; see `_metrics_kernels.has_certainly_failed`."""
+
+    of_heading: np.ndarray
+    kinds: np.ndarray
+    limits: np.ndarray
+    within_s: float
+
+
+NO_LIMITS = LimitTable(np.empty(0, bool), np.empty(0, np.int64), np.empty(0), math.inf)
+
+
 @dataclass(frozen=True)
 class Requirement:
     """Limits that a run must keep to pass: every metric at most its limit, convergence in time.
@@ -77,6 +85,17 @@ class Requirement:
         """The same requirement with every limit on an error multiplied by `factor`; the time to converge stays."""
         return Requirement(tuple((metric, limit * factor) for metric, limit in self.limits), self.converged_within_s)
 
+    @cached_property
+    def table(self) -> LimitTable:
+        """The requirement for compiled code."""
+        words = [metric.split("_") for metric, _ in self.limits]
+        return LimitTable(
+            of_heading=np.array([word[0] == "heading" for word in words], bool),
+            kinds=np.array([getattr(kernels, word[1].upper()) for word in words], np.int64),
+            limits=np.array([limit for _, limit in self.limits], float),
+            within_s=math.inf if self.converged_within_s is None else float(self.converged_within_s),
+        )
+
     def is_met(self, run: RunMetrics) -> bool:
         """Whether a run passes."""
         if not run.is_complete:
@@ -91,13 +110,7 @@ def convergence_time(position_mm: np.ndarray, heading_rad: np.ndarray, dt_s: flo
 
     The first error is that at time `dt_s`, after the first step.
     """
-    is_inside = is_localized(position_mm, heading_rad)
-    hold = max(1, round(CONVERGED_HOLD_S / dt_s))
-    if is_inside.size < hold:
-        return float("inf")
-    held = np.cumsum(np.concatenate([[0], is_inside]))
-    first = np.flatnonzero(held[hold:] - held[:-hold] == hold)
-    return float((first[0] + 1) * dt_s) if first.size else float("inf")
+    return kernels.convergence_time(position_mm, heading_rad, float(dt_s))
 
 
 def is_localized(position_mm: np.ndarray, heading_rad: np.ndarray) -> np.ndarray:
@@ -112,28 +125,14 @@ def summarize(
 
     A run stopped before it came to be scored is summarized over the steps it took.
     """
-    start = first_scored if position_mm.size > first_scored else 0
-    position, heading = position_mm[start:], heading_rad[start:]
-    return RunMetrics(
-        position_mean_mm=float(position.mean()),
-        position_rms_mm=float(np.sqrt(np.mean(position**2))),
-        position_p95_mm=percentile(position),
-        position_max_mm=float(position.max()),
-        heading_mean_rad=float(heading.mean()),
-        heading_rms_rad=float(np.sqrt(np.mean(heading**2))),
-        heading_p95_rad=percentile(heading),
-        heading_max_rad=float(heading.max()),
-        convergence_s=convergence_time(position_mm, heading_rad, dt_s),
-        lost_share=float(np.mean(~is_localized(position, heading))),
-        n_steps=int(position_mm.size),
-        is_complete=is_complete,
-    )
+    summary = np.empty(kernels.N_SUMMARY)
+    kernels.summarize(position_mm, heading_rad, float(dt_s), first_scored, summary)
+    return RunMetrics(*summary.tolist(), n_steps=int(position_mm.size), is_complete=is_complete)
 
 
 def percentile(errors: np.ndarray) -> float:
-    """The least error that at least 95 % of the errors (n,) do not exceed."""
-    rank = int(np.ceil(PERCENTILE * errors.size)) - 1
-    return float(np.partition(errors, rank)[rank])
+    """The least error that at least 95 % of the errors do not exceed."""
+    return float(kernels.percentile(np.asarray(errors, float)))
 
 
 def has_certainly_failed(
@@ -145,26 +144,7 @@ def has_certainly_failed(
     A limit on a 95th percentile is lost once more than 5 % of all scored steps exceed it, a limit on a mean once the
     sum so far exceeds it (by more than its rounding), a limit on a maximum at once.
     """
-    within = requirement.converged_within_s
-    if within is not None:
-        n_decided = int(np.ceil((within + CONVERGED_HOLD_S) / dt_s)) + 1
-        if position_mm.size >= n_decided and convergence_time(position_mm, heading_rad, dt_s) > within:
-            return True
-    n_scored = n_total - first_scored
-    position, heading = position_mm[first_scored:], heading_rad[first_scored:]
-    for metric, limit in requirement.limits:
-        kind = metric.split("_")[1]
-        errors = position if metric.startswith("position") else heading
-        if kind == "share":
-            is_lost = np.count_nonzero(~is_localized(position, heading)) / n_scored > limit
-        elif kind == "max":
-            is_lost = bool(np.any(errors > limit))
-        elif kind == "p95":
-            is_lost = np.count_nonzero(errors > limit) > n_scored - int(np.ceil(PERCENTILE * n_scored))
-        elif kind == "rms":
-            is_lost = float(np.sum(errors**2)) > limit**2 * n_scored * _ROUNDING
-        else:
-            is_lost = float(np.sum(errors)) > limit * n_scored * _ROUNDING
-        if is_lost:
-            return True
-    return False
+    of_heading, kinds, limits, within = requirement.table
+    return kernels.has_certainly_failed(
+        position_mm, heading_rad, float(dt_s), first_scored, n_total, of_heading, kinds, limits, within
+    )

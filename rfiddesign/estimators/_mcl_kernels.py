@@ -1,7 +1,6 @@
 """Monte-Carlo localization (hf_multireader_mcl, Algorithm 1) on arrays; see `_particle_kernels` for their layout."""
 
 import numpy as np
-from numba import njit
 
 from rfiddesign.estimators._particle_kernels import (
     COSINE,
@@ -15,9 +14,10 @@ from rfiddesign.estimators._particle_kernels import (
     store,
     turn,
 )
-from rfiddesign.models import _lane_kernels as lanes
-from rfiddesign.models._lane_kernels import LANES, fma
-from rfiddesign.models._math_kernels import (
+from rfiddesign.numerics import _lane_kernels as lanes
+from rfiddesign.numerics._compile_kernels import inline_kernel, kernel, leaf_kernel
+from rfiddesign.numerics._lane_kernels import LANES, fma
+from rfiddesign.numerics._math_kernels import (
     RADIANS_PER_BINARY_UNIT,
     atan2_64,
     binary_angle,
@@ -26,7 +26,7 @@ from rfiddesign.models._math_kernels import (
     sin_cos_64,
     small_binary_angle,
 )
-from rfiddesign.models._noise_kernels import (
+from rfiddesign.numerics._noise_kernels import (
     STREAM_INITIALIZE,
     STREAM_PREDICT,
     key_halves,
@@ -49,7 +49,7 @@ N_ESTIMATE = 10
 N_READ = 8
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def scatter(key, low_x, low_y, high_x, high_y, x, y, heading):
     """Particles uniform over a box, headings uniform over the turn."""
     low, high = key_halves(step_key(key, STREAM_INITIALIZE, 0))
@@ -59,7 +59,7 @@ def scatter(key, low_x, low_y, high_x, high_y, x, y, heading):
         heading[m] = _I(random_bits(low, high, _U(3 * m + 2)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def predict(key, step, odometry, row, deviations, drawn, headings, cloud):
     """Line 3: move each drawn particle by an odometry increment plus noise (eq. 1) into the cloud.
 
@@ -85,7 +85,7 @@ def predict(key, step, odometry, row, deviations, drawn, headings, cloud):
         turn(lanes.add(lanes.add(heading, turned), noise), cloud, i)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def weigh_by_distance(reads, k, inner_radius, log_tail, cloud):
     """Line 4 for the k-th read: add the logarithm of eq. 6 to each particle's log weight."""
     w00, w01, w10, w11 = reads[k, 4], reads[k, 5], reads[k, 6], reads[k, 7]
@@ -102,7 +102,7 @@ def weigh_by_distance(reads, k, inner_radius, log_tail, cloud):
         lanes.store(cloud, LOG * width + i, lanes.load(cloud, LOG * width + i) + log)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def weigh_by_field(reads, k, table, cell, cloud):
     """Line 4 for the k-th read: add the tabulated log probability at the tag's place in the antenna's frame.
 
@@ -123,7 +123,7 @@ def weigh_by_field(reads, k, table, cell, cloud):
         lanes.store(cloud, LOG * width + i, lanes.load(cloud, LOG * width + i) + log)
 
 
-@njit(inline="always", cache=True, nogil=True, error_model="numpy")
+@inline_kernel
 def _in_antenna_frame(reads, k, cloud, i):
     """Where the k-th read's tag lies from its antenna on the particles from i on, in the robot's axes."""
     width = cloud.shape[1]
@@ -132,7 +132,7 @@ def _in_antenna_frame(reads, k, cloud, i):
     return fma(c, dx, fma(s, dy, -reads[k, 2])), fma(c, dy, fma(-s, dx, -reads[k, 3]))
 
 
-@njit(inline="always", cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def estimate(n_particles, cloud, out, row):
     """Weights from log weights, and their estimate (eq. 3).
 
@@ -160,7 +160,7 @@ def estimate(n_particles, cloud, out, row):
     return total, lowest
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def _moments(n_particles, best, x0, y0, heading0, cloud, out, row):
     """Weights relative to `best` and their moments about (x0, y0, heading0).
 
@@ -204,7 +204,7 @@ def _moments(n_particles, best, x0, y0, heading0, cloud, out, row):
     return total, lanes.least(lowest), mean_t
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headings):
     """Lines 11-13 with eq. 4: a particle of weight below alpha restarts under a read tag with any heading.
 
@@ -225,7 +225,7 @@ def reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headi
     return n_restarted
 
 
-@njit(inline="always", cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def update(key, step, n_particles, reads, n_reads, rules, table, cloud, drawn, headings, out, row):
     """Lines 4-13 for the reads of one step, from the cloud to `drawn`; writes the estimate to a row of `out`.
 
@@ -254,7 +254,7 @@ def update(key, step, n_particles, reads, n_reads, rules, table, cloud, drawn, h
         reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headings)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def antenna_then(x, y, back, forward, sideways, turn):
     """Where an antenna at (x, y) on the robot was the share `back` of a step ago, in the robot's frame of now.
 
@@ -270,7 +270,7 @@ def antenna_then(x, y, back, forward, sideways, turn):
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def track(key, first, last, n_particles, log, model, cloud, drawn, headings, estimates):
     """Run the filter over steps first..last-1 of a recording; estimates[t + 1] is the belief after step t.
 
@@ -304,7 +304,7 @@ def track(key, first, last, n_particles, log, model, cloud, drawn, headings, est
         update(key, t, n_particles, reads, n_reads, rules, table, cloud, drawn, headings, estimates, t + 1)
 
 
-@njit(inline="always", cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def _gather(
     t, odometry, read_start, read_antenna, read_tags, read_age, dt, positions, whitening, is_age_compensated, reads
 ):

@@ -6,12 +6,12 @@ particle hold numbers that count for nothing.
 """
 
 import numpy as np
-from numba import njit
 
-from rfiddesign.models import _lane_kernels as lanes
-from rfiddesign.models._lane_kernels import LANES
-from rfiddesign.models._math_kernels import sin_cos
-from rfiddesign.models._noise_kernels import STREAM_RESAMPLE, key_halves, random_bits, step_key, unit_uniform
+from rfiddesign.numerics import _lane_kernels as lanes
+from rfiddesign.numerics._compile_kernels import inline_kernel, leaf_kernel
+from rfiddesign.numerics._lane_kernels import LANES
+from rfiddesign.numerics._math_kernels import sin_cos
+from rfiddesign.numerics._noise_kernels import STREAM_RESAMPLE, key_halves, random_bits, step_key, unit_uniform
 
 _F = np.float32
 _I = np.int32
@@ -31,7 +31,7 @@ def room_for(n_particles: int) -> int:
     return -(-n_particles // LANES) * LANES + n_particles // 1000 + 2 * LANES
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def load(drawn, headings, cloud):
     """Bring the drawn particles into the cloud, each with weight 1."""
     width = cloud.shape[1]
@@ -42,7 +42,7 @@ def load(drawn, headings, cloud):
         turn(angle, cloud, i)
 
 
-@njit(inline="always", cache=True, nogil=True, error_model="numpy")
+@inline_kernel
 def turn(angle, cloud, i):
     """Set the heading of the particles from i on, and their weight to 1."""
     width = cloud.shape[1]
@@ -53,7 +53,7 @@ def turn(angle, cloud, i):
     lanes.store(cloud, LOG * width + i, lanes.copies(_F(0.0)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def store(cloud, drawn, headings):
     """The inverse of `load`."""
     width = cloud.shape[1]
@@ -63,7 +63,7 @@ def store(cloud, drawn, headings):
         lanes.store(headings, i, lanes.bits_of(lanes.load(cloud, HEADING * width + i)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@leaf_kernel
 def resample(key, step, n_particles, total, has_logs, cloud, drawn, headings):
     """Systematic resampling (hf_multireader_mcl, Algorithm 1, lines 7-10) from the cloud to `drawn`.
 

@@ -10,11 +10,11 @@ from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
 from rfiddesign.estimators.start import KnownStart, Start
 from rfiddesign.geometry import DetectionArea, ReaderLayout
-from rfiddesign.models._lane_kernels import LANES
-from rfiddesign.models._math_kernels import binary_angle
 from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.models.recording import Recording
+from rfiddesign.numerics._lane_kernels import LANES
+from rfiddesign.numerics._math_kernels import binary_angle
 
 MAX_PARTICLES = 1_000_000
 # The compiled noise of a step's turn must stay below half a turn, at 6.4 sigma.
@@ -156,7 +156,7 @@ def init(model: MclModel, start: Start, key: int) -> MclState:
 
 def predict(model: MclModel, state: MclState, increment: np.ndarray) -> MclState:
     """Move the belief by an odometry increment (3,) in the robot's frame [mm, mm, rad] (line 3)."""
-    cloud, drawn, headings = _workspace(state)
+    _, drawn, headings, cloud = workspace(state)
     kernels.predict(
         state.key, state.step, np.asarray(increment, float).reshape(1, 3), 0, model.deviations, drawn, headings, cloud,
     )  # fmt: skip
@@ -174,7 +174,7 @@ def update(model: MclModel, state: MclState, antenna: np.ndarray, tag_mm: np.nda
     """
     antenna = np.asarray(antenna, np.int64)
     tags = np.asarray(tag_mm, float).reshape(-1, 2)
-    cloud, drawn, headings = _workspace(state)
+    _, drawn, headings, cloud = workspace(state)
     particle_kernels.load(drawn, headings, cloud)
     moments = np.empty((1, N_ESTIMATE))
     reads = np.column_stack([tags, model.positions_mm[antenna], model.whitening[antenna].reshape(-1, 4)])
@@ -213,19 +213,22 @@ def track(model: MclModel, state: MclState, recording: Recording, last: int, est
         recording.odometry, recording.read_start, recording.read_antenna, recording.read_tag_mm,
         recording.read_age_s, recording.dt_s,
     )  # fmt: skip
-    settings = (
-        model.positions_mm, model.whitening, model.deviations, model.rules, model.table,
-        model.settings.is_age_compensated,
-    )  # fmt: skip
-    cloud, drawn, headings = _workspace(state)
-    n_particles = model.settings.n_particles
-    kernels.track(state.key, state.step, last, n_particles, log, settings, cloud, drawn, headings, estimates)
+    n_particles, drawn, headings, cloud = workspace(state)
+    kernels.track(state.key, state.step, last, n_particles, log, compiled(model), cloud, drawn, headings, estimates)
     moments = estimates[last].copy() if last > state.step else state.moments
     return replace(_with_particles(state, drawn, headings), step=last, moments=moments)
 
 
-def _workspace(state: MclState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The arrays of the compiled filter (cloud, drawn, headings), the latter two filled with the state's particles."""
+def compiled(model: MclModel) -> tuple:
+    """The model as the compiled filter takes it."""
+    return (
+        model.positions_mm, model.whitening, model.deviations, model.rules, model.table,
+        model.settings.is_age_compensated,
+    )  # fmt: skip
+
+
+def workspace(state: MclState) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
+    """Number of particles, and the arrays of the compiled filter with the state's particles: drawn, headings, cloud."""
     m = state.headings.size
     width, room = -(-m // LANES) * LANES, particle_kernels.room_for(m)
     cloud = np.empty((particle_kernels.N_FIELDS, width), np.float32)
@@ -234,7 +237,7 @@ def _workspace(state: MclState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     # Lanes beyond the last particle weigh nothing, and stay near the others.
     drawn[:2, m:] = state.particles[:, -1:]
     headings[:m] = state.headings
-    return cloud, drawn, headings
+    return m, drawn, headings, cloud
 
 
 def _with_particles(state: MclState, drawn: np.ndarray, headings: np.ndarray) -> MclState:

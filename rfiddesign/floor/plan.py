@@ -9,7 +9,6 @@ import shapely
 from shapely.geometry import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from rfiddesign.floor.prepared import prepared_copy
 from rfiddesign.units import MM2_PER_M2
 
 CORNER_SHARE = 0.22  # of the radius squared: a right-angled corner that a disc misses is 1 - pi/4 of it
@@ -42,11 +41,6 @@ class Floor:
         for argument in ("drivable", "navigable"):
             _check_polygonal(argument, getattr(self, argument))
 
-    @cached_property
-    def navigable_index(self) -> BaseGeometry:
-        """An indexed copy of `navigable`; only for `routes`, which asks it from one thread at a time."""
-        return prepared_copy(self.navigable)
-
     @property
     def area_m2(self) -> float:
         """Area that the robot's body can sweep [m2]."""
@@ -56,6 +50,17 @@ class Floor:
     def navigable_m2(self) -> float:
         """Area that the robot's centre can reach [m2]."""
         return self.navigable.area / MM2_PER_M2
+
+    @cached_property
+    def refuge_mm(self) -> tuple[float, float]:
+        """Some point inside `navigable` [mm]."""
+        point = self.navigable.representative_point()
+        return (point.x, point.y)
+
+    @cached_property
+    def navigable_bounds(self) -> tuple[float, float, float, float]:
+        """Bounds of `navigable`: low x, low y, high x, high y [mm]."""
+        return tuple(float(bound) for bound in self.navigable.bounds)
 
     @cached_property
     def navigable_edges(self) -> np.ndarray:

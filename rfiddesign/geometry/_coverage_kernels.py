@@ -10,7 +10,8 @@ A row of `levels` holds fractions of the torus: [k] of the points in at least k 
 import math
 
 import numpy as np
-from numba import njit
+
+from rfiddesign.numerics._compile_kernels import kernel
 
 # Two circles nearer than this are one and the same [mm]: far above rounding, far below what matters.
 SAME_CIRCLE_MM = 1e-9
@@ -19,7 +20,7 @@ POSITION_STEPS, INDEX_BITS = 2.0**40, 22
 LOWEST_POINT, FULL_TURN = -math.pi / 2, 2 * math.pi
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def disc_levels(antennas, radius, headings, lattice, k_max):
     """Return `levels` (n_headings, k_max + 2), exact, for discs of one radius about `antennas` (n, 2).
 
@@ -60,7 +61,7 @@ def disc_levels(antennas, radius, headings, lattice, k_max):
     return levels
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def scanline_levels(antennas, edges, headings, line_phases, lattice, n_lines, k_max):
     """Return `levels` (n_headings, k_max + 2) for areas of any outline, by `n_lines` lines along the lattice's rows.
 
@@ -106,7 +107,7 @@ def scanline_levels(antennas, edges, headings, line_phases, lattice, n_lines, k_
     return levels
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _circle_crossings(i, centre_s, centre_v, radius, lattice, angle, cosine, product, label, seen):
     """Write where circle i enters and leaves every other disc; `seen` gets the discs in which its lowest point lies."""
     a, b, h = lattice
@@ -141,7 +142,7 @@ def _circle_crossings(i, centre_s, centre_v, radius, lattice, angle, cosine, pro
     return n_events
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut_crossings(n, v, radius, h, angle, cosine, product, label, n_events):
     """Add, as antenna n, where a circle crosses copies of the cut; return the lap of its lowest point as well."""
     lowest = math.floor((v - radius) / h)
@@ -157,7 +158,7 @@ def _cut_crossings(n, v, radius, h, angle, cosine, product, label, n_events):
     return lowest, n_events
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add_arcs(i, centre_v, radius, h, lap, n_events, angle, cosine, product, label, order, seen, levels):
     """Walk once around circle i and add the arcs that border {at least k}, S_i, or {two tags in view}."""
     k_max = len(levels) - 2
@@ -193,7 +194,7 @@ def _add_arcs(i, centre_v, radius, h, lap, n_events, angle, cosine, product, lab
                 twice += step * (max(before, seen[j]) == 2)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add_line(n_events, position, label, order, seen, period, weight, levels):
     """Walk once along a line of the torus and add to `levels` the lengths seen by so many antennas, times `weight`."""
     k_max = len(levels) - 2
@@ -220,7 +221,7 @@ def _add_line(n_events, position, label, order, seen, period, weight, levels):
             twice += step * (max(before, seen[j]) == 2)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add_interval(start, length, period, j, position, label, n_events, seen):
     """Lay an interval around a circle of length `period`: two events, and in `seen` how often it covers position 0."""
     laps = math.floor(length / period)
@@ -237,7 +238,7 @@ def _add_interval(start, length, period, j, position, label, n_events, seen):
     return n_events + 2
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _turn_edges(edges, angle, centre_s, centre_v, turned):
     c, d = math.cos(angle), math.sin(angle)
     for e in range(len(edges)):
@@ -246,7 +247,7 @@ def _turn_edges(edges, angle, centre_s, centre_v, turned):
             turned[e, end], turned[e, end + 1] = centre_s + c * x - d * y, centre_v + d * x + c * y
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut_outline(turned, step, phase, lowest, crossings, first, cursor):
     """Write where lines v = (line + phase) step cross the outline: of line lowest + l, sorted, from first[l] on."""
     first[:] = 0
@@ -270,14 +271,14 @@ def _cut_outline(turned, step, phase, lowest, crossings, first, cursor):
             crossings[place] = x
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _lines_across(edge, step, phase):
     """Return the lines that cross an edge, half open, so that two edges share no line at their common corner."""
     low, high = min(edge[1], edge[3]), max(edge[1], edge[3])
     return math.ceil(low / step - phase), math.ceil(high / step - phase)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _from_lowest(angle):
     """Wrap an angle of [-2 pi, 2 pi] to [-pi / 2, 3 pi / 2), which starts at a circle's lowest point."""
     if angle < LOWEST_POINT:
@@ -287,7 +288,7 @@ def _from_lowest(angle):
     return angle
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _sort_events(position, n, low, span, keys, bins):
     """Write into keys[:n] the indices of position[:n], all within [low, low + span], in rising order of position.
 

@@ -3,10 +3,11 @@
 import math
 
 import numpy as np
-from numba import njit
+
+from rfiddesign.numerics._compile_kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def lane_gaps(starts, window, look_ahead, antennas, radius, edges, tag_u, tag_v):
     """Return what a robot drives before its next read, for starts spread evenly over the first `window` of each lane.
 
@@ -70,7 +71,7 @@ def lane_gaps(starts, window, look_ahead, antennas, radius, edges, tag_u, tag_v)
     return gaps[:n_gaps]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _chord(v, radius, edges, i, crossings):
     """Write, sorted, where a line along u at height v over the antenna crosses the border of what it sees."""
     if radius > 0:

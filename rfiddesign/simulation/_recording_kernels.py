@@ -1,15 +1,18 @@
 """What the wheels and the readers of a driving robot report: odometry with noise, polls and reads."""
 
 import numpy as np
-from numba import njit
 
-from rfiddesign.models._math_kernels import sin_cos_64
-from rfiddesign.models._noise_kernels import (
+from rfiddesign.numerics import _lane_kernels as lanes
+from rfiddesign.numerics._compile_kernels import inline_kernel, kernel, leaf_kernel
+from rfiddesign.numerics._lane_kernels import LANES, fma
+from rfiddesign.numerics._math_kernels import binary_angle, sin_cos, sin_cos_64, small_binary_angle
+from rfiddesign.numerics._noise_kernels import (
     STREAM_INSTALLATION,
     STREAM_ODOMETRY,
     STREAM_READS,
     key_halves,
     random_bits,
+    random_triple,
     standard_normal,
     step_key,
     unit_uniform,
@@ -20,24 +23,25 @@ _U = np.uint32
 _FARTHEST_SIGMA = 6.4
 # More than what single precision moves a tag on a floor of 5 km.
 _TAG_ROUNDING_MM = 1.0
+_F = np.float32
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def record_odometry(key, poses, deviations, odometry):
     """Motion between successive poses in the robot's frame, plus white noise."""
     n = odometry.shape[0]
     for t in range(n):
         low, high = key_halves(step_key(key, STREAM_ODOMETRY, t))
+        for_x, for_y, for_heading = random_triple(low, high, _U(0))
         s, c = sin_cos_64(poses[t, 2])
         dx = poses[t + 1, 0] - poses[t, 0]
         dy = poses[t + 1, 1] - poses[t, 1]
-        motion = (c * dx + s * dy, c * dy - s * dx, poses[t + 1, 2] - poses[t, 2])
-        for axis in range(3):
-            noise = deviations[axis] * standard_normal(random_bits(low, high, _U(axis)))
-            odometry[t, axis] = motion[axis] + noise
+        odometry[t, 0] = c * dx + s * dy + deviations[0] * standard_normal(for_x)
+        odometry[t, 1] = c * dy - s * dx + deviations[1] * standard_normal(for_y)
+        odometry[t, 2] = poses[t + 1, 2] - poses[t, 2] + deviations[2] * standard_normal(for_heading)
 
 
-@njit(inline="always", cache=True, nogil=True)
+@inline_kernel
 def read_chance(u, v, box, table):
     """Chance that a poll sees a tag at (u, v) in the antenna's frame; `box` and `table` as in `poll`."""
     half_length, half_width, corner, _, cell = box
@@ -54,7 +58,7 @@ def read_chance(u, v, box, table):
     return table[i, j]
 
 
-@njit(cache=True, nogil=True)
+@leaf_kernel
 def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation):
     """One poll of an antenna at (x, y) with sine and cosine (s, c) of its direction.
 
@@ -114,9 +118,52 @@ def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_sta
     return chosen, draw
 
 
-@njit(cache=True, nogil=True)
-def record_reads(key, poses, dt, robot, world, field, tags, lattice, out):
-    """Poll every antenna once per step along the true poses; returns the number of reads.
+@kernel
+def _rough_copy(antennas, phases):
+    """x, y and phase of the antennas in single precision, filled up to whole groups of LANES."""
+    n = antennas.shape[0]
+    rough = np.zeros((3, -(-n // LANES) * LANES), np.float32)
+    for a in range(n):
+        rough[0, a], rough[1, a], rough[2, a] = antennas[a, 0], antennas[a, 1], phases[a]
+    return rough
+
+
+@leaf_kernel
+def _near_tags(poses, t, rough, n_antennas, lattice, bounds, near):
+    """Which antennas may have a tag in reach when they poll in step t: all whose place in the lattice is near a point.
+
+    Writes their numbers in rising order to `near` and returns how many; in single precision, which `bounds`, in steps
+    of the lattice, must allow for.
+    """
+    origin_x, origin_y, b00, b01, b10, b11 = lattice
+    x, y = poses[t, 0] - origin_x, poses[t, 1] - origin_y
+    i, j = b00 * x + b01 * y, b10 * x + b11 * y
+    # Whole steps are left out before they cost digits.
+    i, j = _F(i - np.floor(i + 0.5)), _F(j - np.floor(j + 0.5))
+    dx, dy = _F(poses[t + 1, 0] - poses[t, 0]), _F(poses[t + 1, 1] - poses[t, 1])
+    turn, heading = _F(poses[t + 1, 2] - poses[t, 2]), binary_angle(poses[t, 2])
+    b00, b01, b10, b11 = _F(b00), _F(b01), _F(b10), _F(b11)
+    is_spinning = abs(turn) > _F(3.0)
+    width, n_near = rough.shape[1], 0
+    for a in range(0, width, LANES):
+        numbers = lanes.count_up(np.int32(a))
+        is_near = lanes.is_at_least(np.int32(n_antennas - 1), numbers)
+        if not is_spinning:
+            ax, ay, phase = lanes.load(rough, a), lanes.load(rough, width + a), lanes.load(rough, 2 * width + a)
+            s, c = sin_cos(lanes.add(small_binary_angle(phase * turn), heading))
+            u, v = fma(c, ax, fma(-s, ay, phase * dx)), fma(s, ax, fma(c, ay, phase * dy))
+            steps_i, steps_j = fma(u, b00, fma(v, b01, i)), fma(u, b10, fma(v, b11, j))
+            off_i = lanes.size(steps_i - lanes.whole_part(steps_i + _F(0.5)))
+            off_j = lanes.size(steps_j - lanes.whole_part(steps_j + _F(0.5)))
+            is_near = lanes.both(is_near, lanes.both(off_i < bounds[0], off_j < bounds[1]))
+        lanes.store_chosen(near, n_near, numbers, is_near)
+        n_near += lanes.how_many(is_near)
+    return n_near
+
+
+@kernel
+def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice, out):
+    """Poll every antenna once in each of the steps first..last-1 along the true poses; returns the number of reads.
 
     Parameters
     ----------
@@ -129,7 +176,7 @@ def record_reads(key, poses, dt, robot, world, field, tags, lattice, out):
     lattice : (6,) origin x, y [mm] and, row by row, the matrix that takes an offset from it to steps of the lattice
         that holds every tag [1/mm]; zeros if there is none.
     out : (read_start (n_steps + 1,), read_antenna, read_row, read_age), the last three with room for
-        n_steps * n entries.
+        (last - first) * n entries; the reads of step t are rows read_start[t] to read_start[t + 1] - 1 of them.
     """
     antennas, phases = robot
     read_probability, sigma = world
@@ -141,22 +188,25 @@ def record_reads(key, poses, dt, robot, world, field, tags, lattice, out):
     install_low, install_high = key_halves(step_key(key, STREAM_INSTALLATION, 0))
     installation = (sigma, install_low, install_high)
     # A tag in reach lies within these bounds, in steps of the lattice, of the antenna's place.
-    origin_x, origin_y, b00, b01, b10, b11 = lattice
+    _, _, b00, b01, b10, b11 = lattice
     reach = field.reach_mm + _FARTHEST_SIGMA * sigma + _TAG_ROUNDING_MM
     bound_i, bound_j = reach * np.sqrt(b00 * b00 + b01 * b01), reach * np.sqrt(b10 * b10 + b11 * b11)
+    bounds = (_F(bound_i + 1e-6), _F(bound_j + 1e-6))
     n_reads = 0
     n_antennas = antennas.shape[0]
+    rough, near = _rough_copy(antennas, phases), np.empty(n_antennas + 2 * LANES, np.int32)
     yaw_s = np.empty(n_antennas)
     yaw_c = np.empty(n_antennas)
     for a in range(n_antennas):
         yaw_s[a], yaw_c[a] = sin_cos_64(antennas[a, 2])
-    read_start[0] = 0
-    for t in range(poses.shape[0] - 1):
+    read_start[first] = 0
+    for t in range(first, last):
         low, high = key_halves(step_key(key, STREAM_READS, t))
         draw = 0
         phase = -1.0
         x = y = s = c = 0.0
-        for a in range(n_antennas):
+        for k in range(_near_tags(poses, t, rough, n_antennas, lattice, bounds, near)):
+            a = near[k]
             if phases[a] != phase:
                 phase = phases[a]
                 x = poses[t, 0] + phase * (poses[t + 1, 0] - poses[t, 0])
@@ -164,10 +214,6 @@ def record_reads(key, poses, dt, robot, world, field, tags, lattice, out):
                 s, c = sin_cos_64(poses[t, 2] + phase * (poses[t + 1, 2] - poses[t, 2]))
             antenna_x = x + c * antennas[a, 0] - s * antennas[a, 1]
             antenna_y = y + s * antennas[a, 0] + c * antennas[a, 1]
-            dx, dy = antenna_x - origin_x, antenna_y - origin_y
-            i, j = b00 * dx + b01 * dy, b10 * dx + b11 * dy
-            if abs(i - np.floor(i + 0.5)) > bound_i or abs(j - np.floor(j + 0.5)) > bound_j:
-                continue
             sine, cosine = s * yaw_c[a] + c * yaw_s[a], c * yaw_c[a] - s * yaw_s[a]
             row, draw = poll(
                 antenna_x, antenna_y, sine, cosine, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start,
@@ -186,7 +232,7 @@ def record_reads(key, poses, dt, robot, world, field, tags, lattice, out):
     return n_reads
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def pose_errors(true_poses, poses, first, last, position_error, heading_error):
     """Distance [mm] and absolute heading difference [rad] of steps first..last-1 between estimate and truth."""
     for t in range(first, last):

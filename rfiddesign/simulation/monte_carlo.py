@@ -15,7 +15,7 @@ from rfiddesign.floor import TagMap
 from rfiddesign.geometry import TagPattern
 from rfiddesign.metrics import Requirement, RunMetrics
 from rfiddesign.simulation.installed import InstalledTags
-from rfiddesign.simulation.run import Trace, key_of, score, trace_run, true_poses
+from rfiddesign.simulation.run import PreparedDesign, Trace, key_of, prepare, score, trace_run, true_poses
 from rfiddesign.simulation.scenario import Scenario
 
 # What a compiled key holds.
@@ -24,6 +24,7 @@ MAX_SEED = 2**63 - 1
 BYTES_OF_POSES_KEPT = 60_000_000
 # Runs begun before their turn: enough for many cores, few enough for a million runs to be asked for.
 RUNS_AHEAD = 256
+DESIGNS_KEPT = 64
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -63,6 +64,8 @@ class Simulator:
         self._tags = InstalledTags(scenario.floor)
         n_kept = BYTES_OF_POSES_KEPT // (3 * 8 * (scenario.n_steps + 1))
         self._poses = lru_cache(maxsize=max(n_kept, 2))(self._draw_poses)
+        # The design is kept beside what belongs to it, so that no other can get its identity.
+        self._designs: dict[int, tuple[Design, PreparedDesign]] = {}
         self._pool = ThreadPoolExecutor(n_workers or os.cpu_count() or 1)
 
     def __enter__(self) -> Self:
@@ -101,8 +104,18 @@ class Simulator:
         return true_poses(self.scenario, self.seed, run)
 
     def _trace(self, job: Job, stop_at: Requirement | None) -> Trace:
-        key = key_of(self.seed, job.run)
-        return trace_run(job.design, self.scenario, self.tags(job.design.pattern), self._poses(job.run), key, stop_at)
+        key, tags = key_of(self.seed, job.run), self.tags(job.design.pattern)
+        return trace_run(self._prepared(job.design), self.scenario, tags, self._poses(job.run), key, stop_at)
+
+    def _prepared(self, design: Design) -> PreparedDesign:
+        """The design made ready; those asked for last are kept, by identity: hashing a design takes as long."""
+        kept = self._designs.get(id(design))
+        if kept is None:
+            kept = (design, prepare(design, self.scenario))
+            if len(self._designs) >= DESIGNS_KEPT:
+                self._designs.clear()
+            self._designs[id(design)] = kept
+        return kept[1]
 
     def _score(self, job: Job) -> RunMetrics:
         return score(self._trace(job, self.stop_at), self.scenario)

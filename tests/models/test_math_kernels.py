@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
-from rfiddesign.models import _math_kernels as kernels
-from rfiddesign.models._math_kernels import RADIANS_PER_BINARY_UNIT, atan2_64
+from rfiddesign.numerics import _math_kernels as kernels
+from rfiddesign.numerics._math_kernels import BINARY_UNITS_PER_RADIAN, RADIANS_PER_BINARY_UNIT, atan2_64
 
 RNG = np.random.Generator(np.random.PCG64(1))
 
@@ -52,8 +52,8 @@ def test_sin_cos_of_every_kind_of_binary_angle_is_within_its_stated_error():
     sines, cosines = np.empty(angles.size, np.float32), np.empty(angles.size, np.float32)
     sin_cos_of(angles, sines, cosines)
     theta = angles * RADIANS_PER_BINARY_UNIT
-    assert np.abs(sines - np.sin(theta)).max() < 1.5e-7
-    assert np.abs(cosines - np.cos(theta)).max() < 1.5e-7
+    assert np.abs(sines - np.sin(theta)).max() < 3e-7
+    assert np.abs(cosines - np.cos(theta)).max() < 3e-7
 
 
 def test_sin_cos_64_is_within_its_stated_error_up_to_1e5_radians():
@@ -72,27 +72,8 @@ def test_exp_is_within_its_stated_relative_error():
     x = x.astype(np.float32)
     out = np.empty_like(x)
     exp_of(x, out)
-    assert np.abs(out / np.exp(x.astype(float)) - 1).max() < 2e-7
+    assert (np.abs(out / np.exp(x.astype(float)) - 1) < 2e-7 + 6e-8 * np.abs(x)).all()
     assert out[x == 0.0].tolist() == [1.0] * np.count_nonzero(x == 0.0)
-
-
-@njit
-def fma_of(a, b, c, out):
-    for i in range(a.size):
-        out[i] = kernels.fma_32(a[i], b[i], c[i])
-
-
-def test_fma_rounds_once():
-    """a b + c to the last bit of float32: the product of two float32 is exact in float64."""
-    a, b, c = RNG.normal(size=(3, 100_000)).astype(np.float32)
-    c[:50_000] = -(a * b)[:50_000]
-    out = np.empty_like(a)
-    fma_of(a, b, c, out)
-    # Where c cancels the rounded product, the sum is exact in float64 too.
-    exact = a.astype(float) * b + c
-    assert np.array_equal(out[:50_000], exact[:50_000].astype(np.float32))
-    assert np.abs(out - exact).max() <= np.spacing(np.abs(exact).max().astype(np.float32))
-    assert np.count_nonzero(out[:50_000]) > 40_000
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
@@ -116,6 +97,16 @@ def test_small_binary_angle_agrees_with_binary_angle_to_float32():
     out = np.empty(theta.size, np.int32)
     small_binary_angle_of(theta, out)
     assert np.abs(out * RADIANS_PER_BINARY_UNIT - theta.astype(float)).max() < 4e-7
+
+
+def test_small_binary_angle_truncates_toward_zero():
+    """So that noise has no side: opposite angles become opposite binary angles."""
+    theta = np.concatenate([RNG.uniform(-1e-6, 1e-6, 100_000), RNG.uniform(-3.14, 3.14, 100_000)]).astype(np.float32)
+    out, opposite = np.empty(theta.size, np.int32), np.empty(theta.size, np.int32)
+    small_binary_angle_of(theta, out)
+    small_binary_angle_of(-theta, opposite)
+    assert np.array_equal(out, np.trunc(theta * np.float32(BINARY_UNITS_PER_RADIAN)).astype(np.int32))
+    assert np.array_equal(opposite, -out)
 
 
 def test_atan2_is_within_1e_14_of_the_library_in_every_direction():

@@ -8,7 +8,7 @@ import pytest
 from numba import njit
 from scipy import stats
 
-from rfiddesign.models import _noise_kernels as kernels
+from rfiddesign.numerics import _noise_kernels as kernels
 
 KEY = np.uint64(kernels.run_key(np.uint64(20_240), np.uint64(7)))
 N_STEPS, N_DRAWS = 4000, 500
@@ -21,6 +21,17 @@ def bits_of_steps(key, stream, n_steps, n_draws):
         low, high = kernels.key_halves(kernels.step_key(key, stream, t))
         for i in range(n_draws):
             out[t, i] = kernels.random_bits(low, high, np.uint32(i))
+    return out
+
+
+@njit
+def triples_of_steps(key, n_steps, n_draws, triple):
+    """(3, n_steps, n_draws) words of the triples of a stream of predictions."""
+    out = np.empty((3, n_steps, n_draws), np.uint32)
+    for t in range(n_steps):
+        low, high = kernels.key_halves(kernels.step_key(key, 3, t))
+        for i in range(n_draws):
+            out[0, t, i], out[1, t, i], out[2, t, i] = triple(low, high, np.uint32(i))
     return out
 
 
@@ -44,6 +55,12 @@ def normals_of(bits):
 def bits():
     """(4000, 500) bits: as many steps of as many particles."""
     return bits_of_steps(KEY, 3, N_STEPS, N_DRAWS)
+
+
+@pytest.fixture(scope="module")
+def triples():
+    """(3, 10,000, 512) words: five million triples."""
+    return triples_of_steps(KEY, 10_000, 512, kernels.random_triple)
 
 
 def assert_standard_normal(x):
@@ -141,17 +158,68 @@ def test_the_checks_on_normals_reject_what_is_not_normal(wrong):
         assert_standard_normal(wrong(np.random.Generator(np.random.PCG64(0))))
 
 
-def test_x_y_and_heading_noise_of_one_particle_are_independent(bits):
-    """Particle m takes draws m, m + n and m + 2 n of the step."""
-    n = N_DRAWS // 3
-    u = uniforms_of(bits).reshape(bits.shape)
-    x, y, heading = u[:, :n], u[:, n : 2 * n], u[:, 2 * n : 3 * n]
-    assert_independent(x, y)
-    assert_independent(x, heading)
-    assert_independent(y, heading)
+# The noise of a particle: a triple
 
 
-@pytest.mark.parametrize("lag", [1, 2, 3, 16, 64, 250])
+def assert_triples_are_independent(triples):
+    """The three normals of a triple, and any four bits of one word beside the same of another."""
+    words = triples.reshape(3, -1)
+    normals = np.array([normals_of(word) for word in words])
+    # A normal's eighth of the distribution, 0 to 7.
+    eighths = np.searchsorted(stats.norm.ppf(np.arange(1, 8) / 8).astype(np.float32), normals)
+    grid = np.bincount((eighths[0] * 8 + eighths[1]) * 8 + eighths[2], minlength=512)
+    assert stats.chisquare(grid).pvalue > 1e-4
+    for first, second in ((0, 1), (0, 2), (1, 2)):
+        a, b = normals[first], normals[second]
+        assert abs(np.corrcoef(a, b)[0, 1]) < 4.5 / np.sqrt(a.size)
+        assert abs(np.corrcoef(a**2, b**2)[0, 1]) < 4.5 / np.sqrt(a.size)
+        for lowest_bit in (0, 8, 16, 20, 28):
+            four_bits = words >> np.uint32(lowest_bit) & np.uint32(15)
+            table = np.bincount(four_bits[first] * 16 + four_bits[second], minlength=256)
+            assert stats.chisquare(table).pvalue > 1e-4
+
+
+def test_the_three_normals_of_a_triple_are_independent(triples):
+    assert_triples_are_independent(triples)
+
+
+@njit
+def triple_of_one_multiplier(low, high, index):
+    """Second and third words by another constant before the second round, not by another round."""
+    h = np.uint32(index + low)
+    h = np.uint32(np.uint32(h ^ (h >> np.uint32(16))) * np.uint32(0x7FEB352D))
+    h = np.uint32(h ^ (h >> np.uint32(15)) ^ high)
+    a = np.uint32(h * np.uint32(0x846CA68B))
+    b = np.uint32(np.uint32(h ^ np.uint32(0x9E3779B9)) * np.uint32(0x846CA68B))
+    c = np.uint32(np.uint32(h ^ np.uint32(0x3C6EF372)) * np.uint32(0x846CA68B))
+    return a ^ (a >> np.uint32(16)), b ^ (b >> np.uint32(16)), c ^ (c >> np.uint32(16))
+
+
+def test_the_checks_on_triples_reject_words_that_share_their_rounds():
+    with pytest.raises(AssertionError):
+        assert_triples_are_independent(triples_of_steps(KEY, 10_000, 512, triple_of_one_multiplier))
+
+
+def test_the_first_word_of_a_triple_is_that_of_random_bits(triples):
+    assert np.array_equal(triples[0], bits_of_steps(KEY, 3, 10_000, 512))
+
+
+@pytest.mark.parametrize("word", [1, 2])
+def test_the_other_words_of_a_triple_give_standard_normals(triples, word):
+    assert_standard_normal(normals_of(triples[word]))
+
+
+@pytest.mark.parametrize(("first", "second"), [(1, 1), (2, 2), (0, 1), (1, 0), (0, 2), (2, 0), (1, 2), (2, 1)])
+def test_triples_of_neighbouring_particles_and_steps_are_independent(triples, first, second):
+    u, v = (uniforms_of(triples[word, :4000]).reshape(4000, 512) for word in (first, second))
+    assert_independent(u[:, :-1], v[:, 1:])
+    assert_independent(u[:-1], v[1:])
+
+
+# Draws of one step, of different steps, streams, runs and seeds
+
+
+@pytest.mark.parametrize("lag", [1, 2, 3, 16, 64, 166, 250, 332])
 def test_neighbouring_draws_are_independent(bits, lag):
     u = uniforms_of(bits).reshape(bits.shape)
     assert_independent(u[:, :-lag], u[:, lag:])

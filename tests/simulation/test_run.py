@@ -18,7 +18,7 @@ from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.models.reads import ReadModel
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.record import record
-from rfiddesign.simulation.run import key_of, trace_run, true_poses
+from rfiddesign.simulation.run import key_of, prepare, trace_run, true_poses
 from rfiddesign.simulation.scenario import Routes, Scenario, World
 
 FLOOR = rectangle_floor(5000.0, 4000.0, 300.0)
@@ -197,7 +197,7 @@ def test_a_floor_of_a_million_tags_reads_as_the_small_patch_around_the_route():
     for name in ("60x60", "30x30", "80x80"):
         poses, key = true_poses(scenario, 0, 3), key_of(0, 3)
         design = a_design(antenna_name=name)
-        small, large = (trace_run(design, scenario, tags, poses, key) for tags in (patch, hall))
+        small, large = (trace_run(prepare(design, scenario), scenario, tags, poses, key) for tags in (patch, hall))
         assert np.array_equal(small.poses, large.poses)
         assert small.position_error_mm.mean() < 20.0
 
