@@ -21,6 +21,7 @@ X, Y, HEADING, SINE, COSINE, LOG, WEIGHT = range(7)
 N_FIELDS = 7
 # The sum of all weights in resampling, as a power of two.
 _TOTAL_BITS = 30
+_CACHE_LINE = 64
 
 
 def room_for(n_particles: int) -> int:
@@ -28,7 +29,15 @@ def room_for(n_particles: int) -> int:
 
     It writes whole groups, and rounding may make the draws more by one in a thousand.
     """
-    return -(-n_particles // LANES) * LANES + n_particles // 1000 + 2 * LANES
+    return -(-(n_particles + n_particles // 1000) // LANES) * LANES + 2 * LANES
+
+
+def aligned_zeros(shape: tuple[int, ...], dtype: type) -> np.ndarray:
+    """Zeros that begin on a line of the cache, so that no load or store of LANES numbers takes two."""
+    n_bytes = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    room = np.zeros(n_bytes + _CACHE_LINE, np.uint8)
+    begin = -room.ctypes.data % _CACHE_LINE
+    return room[begin : begin + n_bytes].view(dtype).reshape(shape)
 
 
 @leaf_kernel

@@ -231,8 +231,9 @@ def workspace(state: MclState) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]
     """Number of particles, and the arrays of the compiled filter with the state's particles: drawn, headings, cloud."""
     m = state.headings.size
     width, room = -(-m // LANES) * LANES, particle_kernels.room_for(m)
-    cloud = np.empty((particle_kernels.N_FIELDS, width), np.float32)
-    drawn, headings = np.zeros((3, room), np.float32), np.zeros(room, np.int32)
+    cloud = particle_kernels.aligned_zeros((particle_kernels.N_FIELDS, width), np.float32)
+    drawn = particle_kernels.aligned_zeros((3, room), np.float32)
+    headings = particle_kernels.aligned_zeros((room,), np.int32)
     drawn[:2, :m] = state.particles
     # Lanes beyond the last particle weigh nothing, and stay near the others.
     drawn[:2, m:] = state.particles[:, -1:]

@@ -7,7 +7,7 @@ import numpy as np
 from rfiddesign.floor import _route_kernels as kernels
 from rfiddesign.floor.plan import Floor
 
-MAX_LEGS = 20_000
+USUAL_LEGS, MAX_LEGS = 200, 20_000
 
 
 def random_route(
@@ -53,15 +53,16 @@ def random_route(
         raise ValueError(f"max_leg_mm is {max_leg_mm:g}; allowed is at least min_leg_mm, {min_leg_mm:g}")
     if not math.isfinite(lattice_angle):
         raise ValueError(f"lattice_angle is {lattice_angle:g}; allowed is a finite angle")
-    waypoints = np.empty((MAX_LEGS + 1, 2))
-    n_waypoints = kernels.random_route(
-        np.uint64(key), floor.navigable_edges, floor.navigable_bounds, floor.refuge_mm, float(length_mm),
-        is_aligned, (math.cos(lattice_angle), math.sin(lattice_angle)), (float(min_leg_mm), float(max_leg_mm)),
-        waypoints,
-    )  # fmt: skip
-    if n_waypoints == 0:
-        raise ValueError(f"length_mm is {length_mm:g}; the floor is too small for a route of that length")
-    return waypoints[:n_waypoints].copy()
+    for n_legs in (USUAL_LEGS, MAX_LEGS):
+        waypoints = np.empty((n_legs + 1, 2))
+        n_waypoints = kernels.random_route(
+            np.uint64(key), floor.navigable_edges, floor.navigable_bounds, floor.refuge_mm, float(length_mm),
+            is_aligned, (math.cos(lattice_angle), math.sin(lattice_angle)), (float(min_leg_mm), float(max_leg_mm)),
+            waypoints,
+        )  # fmt: skip
+        if n_waypoints > 0:
+            return waypoints[:n_waypoints]
+    raise ValueError(f"length_mm is {length_mm:g}; the floor is too small for a route of that length")
 
 
 def free_way(floor: Floor, position: np.ndarray, direction: np.ndarray) -> float:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from rfiddesign.errors import StudyError
+from rfiddesign.floor import _tag_map_kernels as kernels
 from rfiddesign.floor.plan import MAX_EXTENT_MM
 
 CELLS_PER_TAG = (
@@ -77,17 +78,16 @@ def build_tag_map(nominal_mm: np.ndarray, installed_mm: np.ndarray | None = None
     extent = installed.max(axis=0).astype(float) - low
     cell_mm = _cell_size(extent[0], extent[1], len(nominal))
     n_x, n_y = (int(n) + 1 for n in extent / cell_mm)
-    column, row = (((installed[:, axis].astype(float) - low[axis]) / cell_mm).astype(np.int32) for axis in (0, 1))
-    cell = row * np.int32(n_x) + column
-    order = np.argsort(cell, kind="stable")
-    cell_start = np.zeros(n_x * n_y + 1, dtype=np.int32)
-    np.cumsum(np.bincount(cell, minlength=n_x * n_y), out=cell_start[1:])
+    cell_start, order = np.zeros(n_x * n_y + 1, np.int32), np.empty(len(installed), np.int32)
+    kernels.sort_into_cells(installed, float(low[0]), float(low[1]), cell_mm, n_x, cell_start, order)
+    installed_x, installed_y = installed[order, 0], installed[order, 1]
+    is_as_planned = installed is nominal
     return TagMap(
-        nominal_x=nominal[order, 0],
-        nominal_y=nominal[order, 1],
-        installed_x=installed[order, 0],
-        installed_y=installed[order, 1],
-        tag_id=order.astype(np.int32),
+        nominal_x=installed_x if is_as_planned else nominal[order, 0],
+        nominal_y=installed_y if is_as_planned else nominal[order, 1],
+        installed_x=installed_x,
+        installed_y=installed_y,
+        tag_id=order,
         cell_start=cell_start,
         cell_mm=cell_mm,
         origin_mm=(float(low[0]), float(low[1])),
@@ -152,7 +152,7 @@ def _as_points(argument: str, points: np.ndarray) -> np.ndarray:
         raise ValueError(f"{argument} has {len(points)} tags; allowed are {MAX_TAGS}")
     if points.dtype.kind not in "fiu":
         raise ValueError(f"{argument} has type {points.dtype}; allowed are numbers")
-    if len(points) and not np.abs(points).max() <= MAX_EXTENT_MM:
+    if len(points) and not (points.min() >= -MAX_EXTENT_MM and points.max() <= MAX_EXTENT_MM):
         raise ValueError(f"{argument} has a coordinate that is not finite or beyond {MAX_EXTENT_MM:g} mm")
     return points.astype(np.float32)
 

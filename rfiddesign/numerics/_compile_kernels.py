@@ -6,6 +6,9 @@ raises nothing.
 
 from numba import njit
 
+from rfiddesign.numerics.stale_code import forget_stale_code
+
+forget_stale_code()
 kernel = njit(cache=True, nogil=True, error_model="numpy")
 # For kernels that allocate nothing, called in an inner loop: numba counts in and out every array that a function is
 # given, about 5 ns each, unless it may not allocate.

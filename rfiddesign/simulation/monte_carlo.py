@@ -5,10 +5,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Self, TypeVar
-
-import numpy as np
 
 from rfiddesign.design import Design
 from rfiddesign.floor import TagMap
@@ -20,8 +17,6 @@ from rfiddesign.simulation.scenario import Scenario
 
 # What a compiled key holds.
 MAX_SEED = 2**63 - 1
-# True poses of 2,000 runs of a minute at 50 ms.
-BYTES_OF_POSES_KEPT = 60_000_000
 # Runs begun before their turn: enough for many cores, few enough for a million runs to be asked for.
 RUNS_AHEAD = 256
 DESIGNS_KEPT = 64
@@ -62,8 +57,6 @@ class Simulator:
         self.seed = seed
         self.stop_at = stop_at
         self._tags = InstalledTags(scenario.floor)
-        n_kept = BYTES_OF_POSES_KEPT // (3 * 8 * (scenario.n_steps + 1))
-        self._poses = lru_cache(maxsize=max(n_kept, 2))(self._draw_poses)
         # The design is kept beside what belongs to it, so that no other can get its identity.
         self._designs: dict[int, tuple[Design, PreparedDesign]] = {}
         self._pool = ThreadPoolExecutor(n_workers or os.cpu_count() or 1)
@@ -100,12 +93,10 @@ class Simulator:
         """One run step by step, completed whatever happens."""
         return self._trace(job, None)
 
-    def _draw_poses(self, run: int) -> np.ndarray:
-        return true_poses(self.scenario, self.seed, run)
-
     def _trace(self, job: Job, stop_at: Requirement | None) -> Trace:
         key, tags = key_of(self.seed, job.run), self.tags(job.design.pattern)
-        return trace_run(self._prepared(job.design), self.scenario, tags, self._poses(job.run), key, stop_at)
+        poses = true_poses(self.scenario, self.seed, job.run)
+        return trace_run(self._prepared(job.design), self.scenario, tags, poses, key, stop_at)
 
     def _prepared(self, design: Design) -> PreparedDesign:
         """The design made ready; those asked for last are kept, by identity: hashing a design takes as long."""

@@ -48,7 +48,7 @@ def test_a_submitted_run_is_the_run_and_a_trace_tells_its_course():
         expected = metrics_of(JOBS)
         assert [future.result() for future in futures] == [expected[job] for job in JOBS]
         trace = simulator.trace(JOBS[0])
-    assert trace.position_error_mm.mean() == expected[JOBS[0]].position_mean_mm
+    assert trace.position_error_mm.mean() == pytest.approx(expected[JOBS[0]].position_mean_mm, rel=1e-12)
     assert trace.true_poses.shape == trace.poses.shape == (101, 3)
 
 
