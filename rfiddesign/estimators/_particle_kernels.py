@@ -25,11 +25,8 @@ _CACHE_LINE = 64
 
 
 def room_for(n_particles: int) -> int:
-    """Length of the arrays that `resample` writes `n_particles` to.
-
-    It writes whole groups, and rounding may make the draws more by one in a thousand.
-    """
-    return -(-(n_particles + n_particles // 1000) // LANES) * LANES + 2 * LANES
+    """Length of the arrays that `resample` writes `n_particles` to: it writes whole groups until there are enough."""
+    return -(-n_particles // LANES) * LANES + 2 * LANES
 
 
 def aligned_zeros(shape: tuple[int, ...], dtype: type) -> np.ndarray:
@@ -73,6 +70,19 @@ def store(cloud, drawn, headings):
 
 
 @leaf_kernel
+def _stretch(cloud, factor):
+    """Multiply the shares, which are in the weights' place, and sum them by lanes."""
+    width = cloud.shape[1]
+    sums = lanes.copies(_I(0))
+    for i in range(WEIGHT * width, (WEIGHT + 1) * width, LANES):
+        share = lanes.to_float(lanes.bits_of(lanes.load(cloud, i)))
+        share = lanes.to_integer(lanes.fma(share, factor, _F(0.5)))
+        lanes.store(cloud, i, lanes.float_of(share))
+        sums = lanes.add(sums, share)
+    return sums
+
+
+@leaf_kernel
 def resample(key, step, n_particles, total, has_logs, cloud, drawn, headings):
     """Systematic resampling (hf_multireader_mcl, Algorithm 1, lines 7-10) from the cloud to `drawn`.
 
@@ -96,6 +106,10 @@ def resample(key, step, n_particles, total, has_logs, cloud, drawn, headings):
         share = lanes.to_integer(lanes.fma(lanes.load(cloud, i), scale, _F(0.5)))
         lanes.store(cloud, i, lanes.float_of(share))
         sums = lanes.add(sums, share)
+    # A sum of many numbers in single precision is not the whole that the shares add up to.
+    whole, summed = np.int64(n_particles) << shift, lanes.sum_of(sums)
+    if abs(summed - whole) > 1 << shift:
+        sums = _stretch(cloud, _F(np.float64(whole) / np.float64(summed)))
     low, high = key_halves(step_key(key, STREAM_RESAMPLE, step))
     offset = np.int64(np.float64(unit_uniform(random_bits(low, high, _U(0)))) * np.float64(1 << shift))
     # Where each lane begins; counts draws rounded up.
@@ -110,7 +124,7 @@ def resample(key, step, n_particles, total, has_logs, cloud, drawn, headings):
         count = lanes.subtract(drawn_now, drawn_before)
         drawn_before = drawn_now
         # As a rule there are up to two copies, which saves asking.
-        copy, is_more = 1, True
+        copy, is_more = 1, place < n_particles
         while is_more:
             is_taken = lanes.is_at_least(count, copy)
             lanes.store_chosen(drawn, place, x, is_taken)
@@ -120,13 +134,10 @@ def resample(key, step, n_particles, total, has_logs, cloud, drawn, headings):
                 lanes.store_chosen(drawn, 2 * room + place, lanes.load(cloud, LOG * width + i), is_taken)
             place += lanes.how_many(is_taken)
             copy += 1
-            is_more = copy < 3 or lanes.how_many(lanes.is_at_least(count, copy)) > 0
+            is_more = place < n_particles and (copy < 3 or lanes.how_many(lanes.is_at_least(count, copy)) > 0)
     # Rounding may leave the last draw without a particle, and lanes beyond it must hold numbers: they take the one
     # before.
     for k in range(min(place, n_particles), width):
-        drawn[0, k], drawn[1, k], drawn[2, k], headings[k] = (
-            drawn[0, k - 1],
-            drawn[1, k - 1],
-            drawn[2, k - 1],
-            headings[k - 1],
-        )
+        for field in range(3):
+            drawn[field, k] = drawn[field, k - 1]
+        headings[k] = headings[k - 1]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rfiddesign import require
+from rfiddesign.estimators import _estimate_kernels
 from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
 from rfiddesign.estimators.start import KnownStart, Start
@@ -21,7 +22,7 @@ MAX_PARTICLES = 1_000_000
 MAX_TURN_DEVIATION = 0.49
 # Columns of an estimate: x, y, heading; var_x, cov_xy, var_y, cov_x_heading, cov_y_heading, var_heading; effective
 # sample size.
-N_ESTIMATE = kernels.N_ESTIMATE
+N_ESTIMATE = _estimate_kernels.N_ESTIMATE
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """Coverage of patterns that do not repeat, by quasi-random poses on a patch of floor."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 import shapely
@@ -20,6 +21,9 @@ TILE_PITCHES = 40
 #: Antennas looked up at a time, which bounds memory.
 CHUNK = 65_536
 SEED = 20_240_229
+#: Antennas and layouts of about the same reach share their patches, of half a megabyte.
+MARGIN_STEP_MM = 500.0
+PATCHES_KEPT = 16
 
 
 def sampled_levels(
@@ -31,14 +35,20 @@ def sampled_levels(
     standard error of the results, from the scatter of 16 tiles of the patch.
     """
     tiles = _tiles(layout, area, pattern)
-    margin = area.reach_mm + float(np.hypot(*layout.poses_mm[:, :2].T).max())
-    tags = pattern.lay(shapely.box(*tiles[0, :2], *tiles[-1, 2:]).buffer(margin, join_style="mitre"))
-    if len(tags) == 0:
-        raise ValueError(f"pattern = {pattern.name}: must have at least one tag to be covered")
-    tree = cKDTree(tags)
+    reach = area.reach_mm + float(np.hypot(*layout.poses_mm[:, :2].T).max())
+    tree = _tags_around(pattern, (*tiles[0, :2], *tiles[-1, 2:]), MARGIN_STEP_MM * math.ceil(reach / MARGIN_STEP_MM))
     rng = np.random.Generator(np.random.PCG64(SEED))
     levels = np.array([_tile_levels(layout, area, tree, tile, rng.random(3), k_max) for tile in tiles])
     return levels.mean(axis=0), float((levels.std(axis=0, ddof=1) / math.sqrt(len(tiles))).max())
+
+
+@lru_cache(maxsize=PATCHES_KEPT)
+def _tags_around(pattern: TagPattern, bounds: tuple[float, float, float, float], margin: float) -> cKDTree:
+    """The tags within `margin` of a box; what a pattern has in a place does not depend on how much of it is laid."""
+    tags = pattern.lay(shapely.box(*bounds).buffer(margin, join_style="mitre"))
+    if len(tags) == 0:
+        raise ValueError(f"pattern = {pattern.name}: must have at least one tag to be covered")
+    return cKDTree(tags)
 
 
 def _tiles(layout: ReaderLayout, area: DetectionArea, pattern: TagPattern) -> NDArray:

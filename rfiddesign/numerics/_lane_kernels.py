@@ -303,6 +303,15 @@ def running_sums(lanes):
 
 
 @inline_kernel
+def sum_of(lanes):
+    """Sum of the lanes (integers) as a single integer, wrapping."""
+    lanes = add(lanes, _half(lanes, 8))
+    lanes = add(lanes, _half(lanes, 4))
+    lanes = add(lanes, _half(lanes, 2))
+    return _first(add(lanes, _half(lanes, 1)))
+
+
+@inline_kernel
 def total(lanes):
     """Sum of the lanes (float32), by halves: the same bits on every machine."""
     lanes = lanes + _half(lanes, 8)

@@ -31,7 +31,6 @@ class Board:
 
     rows: list[Row] = field(default_factory=list)
     curves: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
 
     def table(self) -> str:
         """The rows as a markdown table."""

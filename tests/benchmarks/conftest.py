@@ -34,7 +34,7 @@ def pytest_terminal_summary(terminalreporter, config):
     if not board.rows and not board.curves:
         return
     terminalreporter.section("rfiddesign against others, one interleaved run, minimum of many")
-    for text in (board.table(), board.growth(), *board.notes):
+    for text in (board.table(), board.growth()):
         terminalreporter.write_line(text)
         terminalreporter.write_line("")
     folder = config.getoption("--save-table")

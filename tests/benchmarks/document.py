@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tests.benchmarks.board import Board
 
-_PACKAGES = ("numba", "numpy", "shapely", "particles", "filterpy")
+_PACKAGES = ("numba", "numpy", "shapely", "particles", "stonesoup", "filterpy")
 
 
 def save(board: Board, folder: Path) -> None:
@@ -22,8 +22,6 @@ Each row is one interleaved run, the minimum of many, single-threaded unless sai
 ratios vary less.
 
 {board.table()}
-
-{chr(10).join(board.notes)}
 
 ![times of one MCL step, and growth of the cost](benchmarks.svg)
 

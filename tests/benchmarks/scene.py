@@ -27,6 +27,11 @@ class Scene:
     poses: np.ndarray
     recording: Recording
     model: mcl.MclModel
+    run: int
+
+    @property
+    def n_particles(self) -> int:
+        return self.model.settings.n_particles
 
     @property
     def reads_per_step(self) -> float:
@@ -34,18 +39,18 @@ class Scene:
 
     def track(self):
         """Our filter over the whole recording."""
-        n, key = self.recording.n_steps, key_of(1, 0)
+        n, key = self.recording.n_steps, key_of(1, self.run)
         estimates = np.empty((n + 1, mcl.N_ESTIMATE))
         mcl.track(self.model, mcl.init(self.model, KnownStart(tuple(self.poses[0])), key), self.recording, n, estimates)
         return estimates
 
 
-def make_scene(layout="cross-8", antenna_name="60x60", tags_per_m2=115.0, n_particles=512, duration_s=50.0):
+def make_scene(layout="cross-8", antenna_name="60x60", tags_per_m2=115.0, n_particles=512, duration_s=50.0, run=0):
     """A known start on a hall of 12 x 10 m; 1,000 steps unless said."""
     settings = mcl.Mcl(n_particles=n_particles)
     scenario = Scenario(FLOOR, estimator=settings, duration_s=duration_s)
     design = Design(make_layout(layout), antenna(antenna_name), make_pattern("square", tags_per_m2=tags_per_m2))
-    tags, poses = build_tag_map(design.pattern.lay(FLOOR.drivable)), true_poses(scenario, 1, 0)
-    recording = record(design, tags, poses, scenario.dt_s, scenario.world, key_of(1, 0))
+    tags, poses = build_tag_map(design.pattern.lay(FLOOR.drivable)), true_poses(scenario, 1, run)
+    recording = record(design, tags, poses, scenario.dt_s, scenario.world, key_of(1, run))
     model = mcl.build(settings, design.layout, design.antenna.area, scenario.dt_s)
-    return Scene(design, scenario, poses, recording, model)
+    return Scene(design, scenario, poses, recording, model, run)

@@ -13,9 +13,9 @@ from scipy.signal import fftconvolve
 from rfiddesign.estimators import mcl
 from rfiddesign.estimators.start import KnownStart, UnknownStart
 from rfiddesign.geometry import Disc, compose, listed
-from rfiddesign.models._noise_kernels import run_key
 from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import OmnidirectionalMotion
+from rfiddesign.numerics._noise_kernels import run_key
 
 LAYOUT = listed([(150.0, 0.0, 0.0), (0.0, -200.0, 0.0)])
 AREA, DT = Disc(30.0), 1.0

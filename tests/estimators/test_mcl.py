@@ -9,11 +9,11 @@ import pytest
 from rfiddesign.estimators import mcl
 from rfiddesign.estimators.start import KnownStart, UnknownStart
 from rfiddesign.geometry import Disc, PolygonArea, Rectangle, compose, cross, listed, to_local
-from rfiddesign.models._math_kernels import RADIANS_PER_BINARY_UNIT
-from rfiddesign.models._noise_kernels import run_key
 from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.models.recording import Recording
+from rfiddesign.numerics._math_kernels import RADIANS_PER_BINARY_UNIT
+from rfiddesign.numerics._noise_kernels import run_key
 
 KEY = np.uint64(run_key(np.uint64(1), np.uint64(2)))
 BOX = UnknownStart((-1000.0, -500.0, 2000.0, 1500.0))

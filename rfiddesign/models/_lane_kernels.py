@@ -1,1 +1,0 @@
-from rfiddesign.numerics._lane_kernels import *  # noqa: F403

@@ -1,1 +1,0 @@
-from rfiddesign.numerics._math_kernels import *  # noqa: F403

@@ -1,1 +1,0 @@
-from rfiddesign.numerics._noise_kernels import *  # noqa: F403
