@@ -1,6 +1,7 @@
 """Progress of long work on standard error: a live line on a terminal, now and then a plain line elsewhere."""
 
 import time
+from contextlib import ExitStack
 from typing import Self
 
 from rich.console import Console
@@ -19,24 +20,41 @@ class Display:
         self._live = Live(Text(), console=self._console, transient=True, refresh_per_second=8)
         self._begin = self._last = time.monotonic()
         self._text = ""
+        self._has_compiled = False
+        self._closing = ExitStack()
 
     def __enter__(self) -> Self:
         if self._console.is_terminal:
             self._live.start()
-        self.say("starting; the first time after an installation this compiles for half a minute")
+        self.say("starting")
+        from rfiddesign.numerics._compile_kernels import told_of_compilation
+
+        self._closing.enter_context(told_of_compilation(self._tell_of_compilation))
         return self
 
     def __exit__(self, *exception: object) -> None:
+        self._closing.close()
         if self._console.is_terminal:
             self._live.stop()
 
     def say(self, text: str) -> None:
         """Show `text` in place of what was shown."""
         self._text = text
+        self._show(text, is_due=time.monotonic() - self._last >= PLAIN_INTERVAL_S)
+
+    def _tell_of_compilation(self, kernel: str | None) -> None:
+        """Say what is compiled, and why one waits, over what was said; None: nothing is any more."""
+        if kernel is None:
+            self._show(self._text, is_due=False)
+        else:
+            self._show(f"compiling {kernel}; once after an installation, half a minute in all", not self._has_compiled)
+            self._has_compiled = True
+
+    def _show(self, text: str, is_due: bool) -> None:
         elapsed = time.monotonic() - self._begin
         if self._console.is_terminal:
             self._live.update(Text(f"{elapsed:5.0f} s  {text}"))
-        elif time.monotonic() - self._last >= PLAIN_INTERVAL_S:
+        elif is_due:
             self._last = time.monotonic()
             self._console.print(Text(f"{elapsed:5.0f} s  {text}"))
 

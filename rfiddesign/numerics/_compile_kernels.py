@@ -4,7 +4,11 @@ All are kept on disk, release the interpreter's lock and, like C, give infinity 
 raises nothing.
 """
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
 from numba import njit
+from numba.core import event
 
 from rfiddesign.numerics.stale_code import forget_stale_code
 
@@ -15,3 +19,27 @@ kernel = njit(cache=True, nogil=True, error_model="numpy")
 leaf_kernel = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 # For formulas of a line or two that become part of their callers.
 inline_kernel = njit(cache=True, nogil=True, error_model="numpy", inline="always")
+
+
+@contextmanager
+def told_of_compilation(tell: Callable[[str | None], None]) -> Iterator[None]:
+    """Call `tell` with the name of each kernel that begins to be compiled, and with None when all is compiled again.
+
+    Kernels that are on disk are not compiled.  What a kernel calls is compiled within it and not told.
+    """
+
+    class Teller(event.Listener):
+        depth = 0
+
+        def on_start(self, event):
+            self.depth += 1
+            if self.depth == 1:
+                tell(event.data["dispatcher"].py_func.__name__)
+
+        def on_end(self, event):
+            self.depth -= 1
+            if self.depth == 0:
+                tell(None)
+
+    with event.install_listener("numba:compile", Teller()):
+        yield

@@ -66,7 +66,7 @@ def test_two_cores_and_growth_with_runs(benchmark, board):
     scene = make_scene(tags_per_m2=100.0)
     n_runs = 400
     runs = {n: lambda n=n: evaluate(scene.design, scene.scenario, n_runs, seed=1, n_workers=n) for n in (1, 2)}
-    best = race(runs, 5)
+    best = race(runs, 15)
     benchmark.pedantic(runs[2], rounds=2)
     board.rows.append(Row("400 runs, 2 threads", "s", best[2], {"1 thread": best[1]}, (("1 thread", 1.9, True),)))
     board.curves["cores [runs per s]"] = [(n, n_runs / best[n]) for n in (1, 2)]
