@@ -218,14 +218,16 @@ def store_chosen(typingctx, array, place, lanes, condition):
         return None
 
     def codegen(context, builder, signature, values):
-        target, chosen = _address(context, builder, array, *values[:2]), values[2]
-        suffix = f"v{LANES}{'f' if lanes.element is types.float32 else 'i'}32"
+        target = _address(context, builder, array, *values[:2])
+        # As integers: where the processor has no such instruction, LLVM 22 fails to build one for floats.
+        words = ir.VectorType(_WORD, LANES)
         compress = cgutils.get_or_insert_function(
             builder.module,
-            ir.FunctionType(chosen.type, [chosen.type, values[3].type, chosen.type]),
-            f"llvm.experimental.vector.compress.{suffix}",
+            ir.FunctionType(words, [words, values[3].type, words]),
+            f"llvm.experimental.vector.compress.v{LANES}i32",
         )
-        builder.store(builder.call(compress, [chosen, values[3], ir.Constant(chosen.type, None)]), target, align=4)
+        chosen = builder.call(compress, [builder.bitcast(values[2], words), values[3], ir.Constant(words, None)])
+        builder.store(chosen, builder.bitcast(target, words.as_pointer()), align=4)
         return context.get_dummy_value()
 
     return types.void(array, types.intp, lanes, condition), codegen

@@ -92,11 +92,15 @@ class StoredOutcomes:
         self._runs = runs
         self._numbers = numbers
         self._requirement = requirement
+        self._passed: dict[int, list[bool]] = {}
 
     def passed(self, design: int, n_runs: int) -> np.ndarray:
         """Which of the first runs of a design passed."""
-        runs = self._runs.first(self._numbers[design], n_runs)
-        return np.array([self._requirement.is_met(run) for run in runs], bool)
+        known = self._passed.setdefault(design, [])
+        if len(known) < n_runs:
+            runs = self._runs.first(self._numbers[design], n_runs)
+            known.extend(self._requirement.is_met(run) for run in runs[len(known) :])
+        return np.array(known[:n_runs], bool)
 
     def prefetch(self, requests: list[tuple[int, int]]) -> None:
         """Begin what is likely asked for next, unless stored runs answer for now: then nobody waits."""
