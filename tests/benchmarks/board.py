@@ -25,12 +25,22 @@ class Row:
     bars: tuple[tuple[str, float, bool], ...] = ()
 
 
+@dataclass(frozen=True)
+class Share:
+    """Processor time [s] of a part of the main job, and its share of the whole."""
+
+    part: str
+    seconds: float
+    share: float
+
+
 @dataclass
 class Board:
     """Everything measured in one session."""
 
     rows: list[Row] = field(default_factory=list)
     curves: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
+    shares: list[Share] = field(default_factory=list)
 
     def table(self) -> str:
         """The rows as a markdown table."""
@@ -56,6 +66,11 @@ class Board:
             cells = " | ".join(f"{y:.3g}" for _, y in points)
             parts.append(f"| {name} | {head} |\n|{'---|' * (len(points) + 1)}\n| | {cells} |")
         return "\n\n".join(parts)
+
+    def profile(self) -> str:
+        """The parts of the main job as a markdown table."""
+        lines = ["| part of the main job | s | % |", "|---|---|---|"]
+        return "\n".join(lines + [f"| {row.part} | {row.seconds:.2f} | {100 * row.share:.1f} |" for row in self.shares])
 
 
 def race(contenders: dict[str, Callable[[], object]], n_rounds: int) -> dict[str, float]:

@@ -31,10 +31,10 @@ def board(request):
 
 def pytest_terminal_summary(terminalreporter, config):
     board = config.stash[_BOARD]
-    if not board.rows and not board.curves:
+    if not board.rows and not board.curves and not board.shares:
         return
     terminalreporter.section("rfiddesign against others, one interleaved run, minimum of many")
-    for text in (board.table(), board.growth()):
+    for text in (board.table(), board.growth(), board.profile()):
         terminalreporter.write_line(text)
         terminalreporter.write_line("")
     folder = config.getoption("--save-table")

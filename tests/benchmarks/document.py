@@ -28,6 +28,12 @@ ratios vary less.
 ## How cost grows
 
 {board.growth()}
+
+## Where the main job's time goes
+
+`rfiddesign run studies/willow-office` with one worker, kernels on disk; processor time.
+
+{board.profile()}
 """
     (folder / "README.md").write_text(page, encoding="utf-8")
     _chart(board).savefig(folder / "benchmarks.svg", metadata={"Date": None})
@@ -49,14 +55,20 @@ def _chart(board: Board):
 
     row = next(row for row in board.rows if row.work.startswith("MCL step"))
     curves = {name: points for name, points in board.curves.items() if len(points) > 2}
-    figure, axes = pyplot.subplots(1, 1 + len(curves), figsize=(3.6 * (1 + len(curves)), 3.4), layout="constrained")
+    n_columns = 3
+    n_rows = -(-(1 + len(curves)) // n_columns)
+    figure, axes = pyplot.subplots(n_rows, n_columns, figsize=(10, 3.1 * n_rows), layout="constrained")
+    first, *others = axes.ravel()
     names, times = ["rfiddesign", *row.peers], [row.ours, *row.peers.values()]
-    bars = axes[0].barh(names, times, color=["#0072B2"] + ["#999999"] * len(row.peers))
-    axes[0].bar_label(bars, fmt="%.3g", padding=3)
-    axes[0].set(xscale="log", xlabel=row.unit, title="One MCL step", xlim=(1, 4 * max(times)))
-    axes[0].invert_yaxis()
-    for axis, (name, points) in zip(axes[1:], curves.items(), strict=True):
-        title, _, unit = name.partition(" [")
+    bars = first.barh(names, times, color=["#0072B2"] + ["#999999"] * len(row.peers))
+    first.bar_label(bars, [f"{time:,.0f}" if time >= 100 else f"{time:.2f}" for time in times], padding=3)
+    first.set(xscale="log", xlabel=row.unit, title="One MCL step", xlim=(1, 8 * max(times)))
+    first.invert_yaxis()
+    for axis in others[len(curves) :]:
+        axis.set_axis_off()
+    for axis, (name, points) in zip(others, curves.items(), strict=False):
+        what, _, unit = name.partition(" [")
         axis.plot(*zip(*points, strict=True), "o-", color="#0072B2")
-        axis.set(xscale="log", title=title, ylabel=unit.rstrip("]"), ylim=(0, None))
+        axis.set(xscale="log", xlabel=what, ylabel=unit.rstrip("]"), ylim=(0, 1.12 * max(y for _, y in points)))
+        axis.grid(alpha=0.3)
     return figure

@@ -60,7 +60,15 @@ def test_growth_with_particles_and_readers(benchmark, board):
         n: make_scene(n_particles=n, duration_s=10.0) for n in (100, 316, 1000, 3162, 10_000, 31_623, 100_000)
     }
     board.curves["particles [ns per particle-step]"] = curve(by_particles)
-    layouts = {1: {"kind": "single"}, 2: bar(2), 4: bar(4), 8: "cross-8", 20: "cross-20", 24: "cross-24", 96: "cross-96"}
+    layouts = {
+        1: {"kind": "single"},
+        2: bar(2),
+        4: bar(4),
+        8: "cross-8",
+        20: "cross-20",
+        24: "cross-24",
+        96: "cross-96",
+    }
     scenes = {n: make_scene(layout, "30x30") for n, layout in layouts.items()}
     board.curves["readers [ns per particle-step]"] = curve(scenes)
     benchmark.pedantic(scenes[96].track, rounds=5)

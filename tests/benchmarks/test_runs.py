@@ -73,7 +73,9 @@ def test_two_cores_and_growth_with_runs(benchmark, board):
     short = make_scene(tags_per_m2=100.0, n_particles=100, duration_s=5.0)
     counts = (1, 10, 100, 1000, 10_000)
     by_count = race({n: lambda n=n: evaluate(short.design, short.scenario, n, seed=1, n_workers=1) for n in counts}, 2)
-    board.curves["runs of 100 steps and 100 particles [ms per run]"] = [(n, by_count[n] / n * 1e3) for n in counts]
+    board.curves["runs, of 100 steps and 100 particles each [ms per run]"] = [
+        (n, by_count[n] / n * 1e3) for n in counts
+    ]
 
 
 def test_floor_of_ten_million_tags(benchmark, board):
@@ -84,8 +86,8 @@ def test_floor_of_ten_million_tags(benchmark, board):
     board.rows.append(
         Row("step on a floor of 10^7 tags", "us", times[1e7], {"10^3 tags": times[1e3]}, (("10^3 tags", 1.3, False),))
     )
-    board.curves["tags [us per step]"] = found["times"]
-    board.curves["tags, all floors up to here laid in one process [MB at most]"] = found["peaks"]
+    board.curves["tags on the floor [us per step]"] = found["times"]
+    board.curves["tags on the largest floor so far [MB at most]"] = found["peaks"]
     board.rows.append(
         Row(
             "laying 10^7 tags and running on them",
