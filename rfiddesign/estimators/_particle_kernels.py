@@ -5,6 +5,8 @@ Within a step they lie in the fields of a `cloud`.  All arrays hold whole groups
 particle hold numbers that count for nothing.
 """
 
+import math
+
 import numpy as np
 
 from rfiddesign.numerics import _lane_kernels as lanes
@@ -31,7 +33,7 @@ def room_for(n_particles: int) -> int:
 
 def aligned_zeros(shape: tuple[int, ...], dtype: type) -> np.ndarray:
     """Zeros that begin on a line of the cache, so that no load or store of LANES numbers takes two."""
-    n_bytes = int(np.prod(shape)) * np.dtype(dtype).itemsize
+    n_bytes = math.prod(shape) * np.dtype(dtype).itemsize
     room = np.zeros(n_bytes + _CACHE_LINE, np.uint8)
     begin = -room.ctypes.data % _CACHE_LINE
     return room[begin : begin + n_bytes].view(dtype).reshape(shape)

@@ -2,14 +2,15 @@
 
 import sqlite3
 from collections.abc import Iterable
-from dataclasses import astuple, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Self
 
 from rfiddesign.errors import StudyError
 from rfiddesign.metrics import RunMetrics
 
-_COLUMNS = ("design", "run", *(field.name for field in fields(RunMetrics)))
+_METRICS = tuple(field.name for field in fields(RunMetrics))
+_COLUMNS = ("design", "run", *_METRICS)
 
 
 class RunTable:
@@ -71,7 +72,8 @@ class RunTable:
 
 
 def _values(metrics: RunMetrics) -> tuple[float | int, ...]:
-    return tuple(int(value) if isinstance(value, bool) else value for value in astuple(metrics))
+    values = (getattr(metrics, name) for name in _METRICS)
+    return tuple(int(value) if isinstance(value, bool) else value for value in values)
 
 
 def _metrics(values: list) -> RunMetrics:
