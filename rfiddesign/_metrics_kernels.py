@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from rfiddesign.numerics._compile_kernels import kernel
 
 # A robot is localized while it is believed to be within these bounds, and has converged once it has been for this long.
@@ -14,7 +12,7 @@ PERCENTILE = 0.95
 # Kinds of limits.
 MEAN, RMS, P95, MAX, SHARE = range(5)
 # Columns of a summary.
-N_SUMMARY = 10
+N_SUMMARY = 8
 # More than the relative rounding error of a sum over a run's steps.
 _ROUNDING = 1.0 + 1e-9
 
@@ -38,13 +36,6 @@ def convergence_time(position, heading, dt):
 
 
 @kernel
-def percentile(errors):
-    """The least error that at least 95 % of the errors do not exceed."""
-    rank = math.ceil(PERCENTILE * errors.shape[0]) - 1
-    return np.partition(errors, rank)[rank]
-
-
-@kernel
 def _summarize_one(errors, out):
     total = squares = most = 0.0
     for t in range(errors.shape[0]):
@@ -53,20 +44,20 @@ def _summarize_one(errors, out):
         squares += error * error
         most = max(most, error)
     n = errors.shape[0]
-    out[0], out[1], out[2], out[3] = total / n, math.sqrt(squares / n), percentile(errors), most
+    out[0], out[1], out[2] = total / n, math.sqrt(squares / n), most
 
 
 @kernel
 def summarize(position, heading, dt, first_scored, out):
-    """Mean, RMS, 95th percentile and maximum of both errors, time to converge, lost share: to `out` (N_SUMMARY,)."""
+    """Mean, RMS and maximum of both errors, time to converge and lost share: to `out` (N_SUMMARY,)."""
     start = first_scored if position.shape[0] > first_scored else 0
-    _summarize_one(position[start:], out[0:4])
-    _summarize_one(heading[start:], out[4:8])
-    out[8] = convergence_time(position, heading, dt)
+    _summarize_one(position[start:], out[0:3])
+    _summarize_one(heading[start:], out[3:6])
+    out[6] = convergence_time(position, heading, dt)
     n_lost = 0
     for t in range(start, position.shape[0]):
         n_lost += not is_localized(position[t], heading[t])
-    out[9] = n_lost / (position.shape[0] - start)
+    out[7] = n_lost / (position.shape[0] - start)
 
 
 @kernel

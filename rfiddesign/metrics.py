@@ -127,12 +127,30 @@ def summarize(
     """
     summary = np.empty(kernels.N_SUMMARY)
     kernels.summarize(position_mm, heading_rad, float(dt_s), first_scored, summary)
-    return RunMetrics(*summary.tolist(), n_steps=int(position_mm.size), is_complete=is_complete)
+    position_mean, position_rms, position_max, heading_mean, heading_rms, heading_max, convergence_s, lost = (
+        summary.tolist()
+    )
+    start = first_scored if position_mm.size > first_scored else 0
+    return RunMetrics(
+        position_mean_mm=position_mean,
+        position_rms_mm=position_rms,
+        position_p95_mm=percentile(position_mm[start:]),
+        position_max_mm=position_max,
+        heading_mean_rad=heading_mean,
+        heading_rms_rad=heading_rms,
+        heading_p95_rad=percentile(heading_rad[start:]),
+        heading_max_rad=heading_max,
+        convergence_s=convergence_s,
+        lost_share=lost,
+        n_steps=int(position_mm.size),
+        is_complete=is_complete,
+    )
 
 
 def percentile(errors: np.ndarray) -> float:
     """The least error that at least 95 % of the errors do not exceed."""
-    return float(kernels.percentile(np.asarray(errors, float)))
+    rank = math.ceil(kernels.PERCENTILE * errors.size) - 1
+    return float(np.partition(errors, rank)[rank])
 
 
 def has_certainly_failed(

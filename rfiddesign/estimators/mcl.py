@@ -127,7 +127,7 @@ def build(settings: Mcl, layout: ReaderLayout, area: DetectionArea, dt_s: float)
         dt_s=dt_s,
         # A field is tabulated about the antenna, a distance counts from the area's centre.
         positions_mm=poses[:, :2] if table.size else poses[:, :2] + offset,
-        whitening=likelihood.whitening(area, poses[:, 2]).astype(np.float32),
+        whitening=np.ascontiguousarray(likelihood.whitening(area, poses[:, 2]), np.float32),
         deviations=deviations,
         rules=np.array([likelihood.inner_radius, likelihood.log_tail, log_alpha, cell_mm]),
         table=table,
