@@ -109,7 +109,7 @@ def resample(key, step, n_particles, total, has_logs, cloud, drawn, headings):
         lanes.store(cloud, i, lanes.float_of(share))
         sums = lanes.add(sums, share)
     # A sum of many numbers in single precision is not the whole that the shares add up to.
-    whole, summed = np.int64(n_particles) << shift, lanes.sum_of(sums)
+    whole, summed = np.int64(n_particles) << shift, lanes.total(sums)
     if abs(summed - whole) > 1 << shift:
         sums = _stretch(cloud, _F(np.float64(whole) / np.float64(summed)))
     low, high = key_halves(step_key(key, STREAM_RESAMPLE, step))

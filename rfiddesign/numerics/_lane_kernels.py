@@ -84,7 +84,7 @@ def _operation(build: Callable, kinds: tuple[types.Type, ...], n_arguments: int,
 
 _INTEGERS, _FLOATS, _NUMBERS = (types.int32, types.uint32), (types.float32,), (types.float32, types.int32, types.uint32)
 
-add = _operation(lambda builder, a, b: builder.add(a, b), _INTEGERS, 2)
+add = _operation(lambda builder, a, b: builder.fadd(a, b) if _is_float(a) else builder.add(a, b), _NUMBERS, 2)
 subtract = _operation(lambda builder, a, b: builder.sub(a, b), _INTEGERS, 2)
 multiply = _operation(lambda builder, a, b: builder.mul(a, b), _INTEGERS, 2)
 both = _operation(lambda builder, a, b: builder.and_(a, b), (*_INTEGERS, types.boolean), 2)
@@ -107,6 +107,10 @@ whole_part = _operation(lambda builder, a: _library(builder, "floor", a), _FLOAT
 size = _operation(lambda builder, a: _library(builder, "fabs", a), _FLOATS, 1)
 lesser = _operation(lambda builder, a, b: builder.select(builder.fcmp_ordered("<", a, b), a, b), _FLOATS, 2)
 greater = _operation(lambda builder, a, b: builder.select(builder.fcmp_ordered(">", a, b), a, b), _FLOATS, 2)
+
+
+def _is_float(value):
+    return value.type == _shaped(value, _FLOAT)
 
 
 def _shaped(value, element):
@@ -305,21 +309,12 @@ def running_sums(lanes):
 
 
 @inline_kernel
-def sum_of(lanes):
-    """Sum of the lanes (integers) as a single integer, wrapping."""
+def total(lanes):
+    """Sum of the lanes, by halves: the same bits on every machine."""
     lanes = add(lanes, _half(lanes, 8))
     lanes = add(lanes, _half(lanes, 4))
     lanes = add(lanes, _half(lanes, 2))
     return _first(add(lanes, _half(lanes, 1)))
-
-
-@inline_kernel
-def total(lanes):
-    """Sum of the lanes (float32), by halves: the same bits on every machine."""
-    lanes = lanes + _half(lanes, 8)
-    lanes = lanes + _half(lanes, 4)
-    lanes = lanes + _half(lanes, 2)
-    return _first(lanes + _half(lanes, 1))
 
 
 @inline_kernel

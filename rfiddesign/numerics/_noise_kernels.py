@@ -64,12 +64,21 @@ def step_key(key, stream, step):
 
 
 @inline_kernel
+def _first_round(key_low, index):
+    h = lanes.add(index, key_low)
+    return lanes.multiply(lanes.differ(h, lanes.shift_right(h, 16)), _U(0x7FEB352D))
+
+
+@inline_kernel
+def _second_round(h, shift, key_high, factor):
+    h = lanes.multiply(lanes.differ(lanes.differ(h, lanes.shift_right(h, shift)), key_high), factor)
+    return lanes.differ(h, lanes.shift_right(h, 16))
+
+
+@inline_kernel
 def random_bits(key_low, key_high, index):
     """32 random bits for draw `index` (uint32, one or lanes) of a step's stream, whose key is given as two halves."""
-    h = lanes.add(index, key_low)
-    h = lanes.multiply(lanes.differ(h, lanes.shift_right(h, 16)), _U(0x7FEB352D))
-    h = lanes.multiply(lanes.differ(lanes.differ(h, lanes.shift_right(h, 15)), key_high), _U(0x846CA68B))
-    return lanes.differ(h, lanes.shift_right(h, 16))
+    return _second_round(_first_round(key_low, index), 15, key_high, _U(0x846CA68B))
 
 
 @inline_kernel
@@ -78,15 +87,11 @@ def random_triple(key_low, key_high, index):
 
     The three share the hash's first round and have second rounds of their own.
     """
-    h = lanes.add(index, key_low)
-    h = lanes.multiply(lanes.differ(h, lanes.shift_right(h, 16)), _U(0x7FEB352D))
-    a = lanes.multiply(lanes.differ(lanes.differ(h, lanes.shift_right(h, 15)), key_high), _U(0x846CA68B))
-    b = lanes.multiply(lanes.differ(lanes.differ(h, lanes.shift_right(h, 13)), key_high), _U(0xC2B2AE35))
-    c = lanes.multiply(lanes.differ(lanes.differ(h, lanes.shift_right(h, 17)), key_high), _U(0x9E3779B1))
+    h = _first_round(key_low, index)
     return (
-        lanes.differ(a, lanes.shift_right(a, 16)),
-        lanes.differ(b, lanes.shift_right(b, 16)),
-        lanes.differ(c, lanes.shift_right(c, 16)),
+        _second_round(h, 15, key_high, _U(0x846CA68B)),
+        _second_round(h, 13, key_high, _U(0xC2B2AE35)),
+        _second_round(h, 17, key_high, _U(0x9E3779B1)),
     )
 
 

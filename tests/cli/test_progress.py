@@ -1,0 +1,42 @@
+"""Whoever waits is told why."""
+
+from numba import njit
+
+from rfiddesign.cli.progress import CountDisplay, Display
+
+
+def a_kernel():
+    """A kernel that nobody compiled yet."""
+
+    @njit
+    def doubled(x):
+        return 2 * x
+
+    return doubled
+
+
+def test_the_first_compilation_is_told_at_once_and_the_next_are_not_told_again(capsys):
+    with Display():
+        assert capsys.readouterr().err == ""
+        a_kernel()(1)
+        told = " ".join(capsys.readouterr().err.split())
+        assert "compiling doubled; once after an installation, half a minute in all" in told
+        a_kernel()(1)
+        assert capsys.readouterr().err == ""
+    a_kernel()(1)
+    assert capsys.readouterr().err == ""
+
+
+def test_nothing_is_told_of_what_is_compiled_already(capsys):
+    kernel = a_kernel()
+    kernel(1)
+    with Display():
+        kernel(2)
+    assert capsys.readouterr().err == ""
+
+
+def test_progress_is_told_now_and_then_where_there_is_no_terminal(capsys, monkeypatch):
+    monkeypatch.setattr("rfiddesign.cli.progress.PLAIN_INTERVAL_S", 0.0)
+    with CountDisplay("20 runs", 20) as display:
+        display.show(7)
+    assert "20 runs: 7 of 20" in capsys.readouterr().err
