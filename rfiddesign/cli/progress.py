@@ -2,6 +2,7 @@
 
 import time
 from contextlib import ExitStack
+from threading import Timer
 from typing import Self
 
 from rich.console import Console
@@ -10,6 +11,8 @@ from rich.text import Text
 
 # Seconds between two plain lines where there is no terminal to redraw.
 PLAIN_INTERVAL_S = 10.0
+# Seconds of compilation after which it is told there.
+PATIENCE_S = 4.0
 
 
 class Display:
@@ -20,7 +23,8 @@ class Display:
         self._live = Live(Text(), console=self._console, transient=True, refresh_per_second=8)
         self._begin = self._last = time.monotonic()
         self._text = ""
-        self._has_compiled = False
+        self._has_told = False
+        self._patience: Timer | None = None
         self._closing = ExitStack()
 
     def __enter__(self) -> Self:
@@ -34,6 +38,8 @@ class Display:
 
     def __exit__(self, *exception: object) -> None:
         self._closing.close()
+        if self._patience is not None:
+            self._patience.cancel()
         if self._console.is_terminal:
             self._live.stop()
 
@@ -43,12 +49,25 @@ class Display:
         self._show(text, is_due=time.monotonic() - self._last >= PLAIN_INTERVAL_S)
 
     def _tell_of_compilation(self, kernel: str | None) -> None:
-        """Say what is compiled, and why one waits, over what was said; None: nothing is any more."""
+        """Say what is compiled, and why one waits, over what was said; None: nothing is any more.
+
+        Where there is no terminal, only once and only if one really waits: a fault in the input is one line.
+        """
+        if self._patience is not None:
+            self._patience.cancel()
         if kernel is None:
             self._show(self._text, is_due=False)
-        else:
-            self._show(f"compiling {kernel}; once after an installation, half a minute in all", not self._has_compiled)
-            self._has_compiled = True
+            return
+        text = f"compiling {kernel}; once after an installation, half a minute in all"
+        self._show(text, is_due=False)
+        if not self._console.is_terminal and not self._has_told:
+            self._patience = Timer(PATIENCE_S, self._tell_once, (text,))
+            self._patience.daemon = True
+            self._patience.start()
+
+    def _tell_once(self, text: str) -> None:
+        self._has_told = True
+        self._show(text, is_due=True)
 
     def _show(self, text: str, is_due: bool) -> None:
         elapsed = time.monotonic() - self._begin

@@ -24,6 +24,9 @@ def cli(capsys: pytest.CaptureFixture, tmp_path: Path, monkeypatch: pytest.Monke
 
     (tmp_path / "work").mkdir()
     monkeypatch.chdir(tmp_path / "work")
+    # On a slow machine, or one where kernels are yet to be compiled, progress would stand before what is asked for.
+    for patience in ("PLAIN_INTERVAL_S", "PATIENCE_S"):
+        monkeypatch.setattr(f"rfiddesign.cli.progress.{patience}", 1e6)
     handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
 
     def call(*arguments: object) -> Answer:

@@ -15,7 +15,8 @@ def a_kernel():
     return doubled
 
 
-def test_the_first_compilation_is_told_at_once_and_the_next_are_not_told_again(capsys):
+def test_a_compilation_that_takes_its_time_is_told_once(capsys, monkeypatch):
+    monkeypatch.setattr("rfiddesign.cli.progress.PATIENCE_S", 0.0)
     with Display():
         assert capsys.readouterr().err == ""
         a_kernel()(1)
@@ -24,6 +25,12 @@ def test_the_first_compilation_is_told_at_once_and_the_next_are_not_told_again(c
         a_kernel()(1)
         assert capsys.readouterr().err == ""
     a_kernel()(1)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_quick_compilation_is_not_told(capsys):
+    with Display():
+        a_kernel()(1)
     assert capsys.readouterr().err == ""
 
 
