@@ -109,6 +109,20 @@ def test_both_bounds_count_for_being_localized():
     assert is_localized(np.array([50.0, 50.1, 1.0]), np.array([0.2, 0.0, 0.3])).tolist() == [True, False, False]
 
 
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 300), first_scored=st.integers(0, 310))
+def test_a_summary_is_that_of_numpy(seed, n, first_scored):
+    position, heading = np.random.Generator(np.random.PCG64(seed)).gamma(2.0, (30.0, 0.1), (n, 2)).T.copy()
+    run = summarize(position, heading, 0.05, first_scored)
+    start = first_scored if n > first_scored else 0
+    for name, errors in (("position_{}_mm", position[start:]), ("heading_{}_rad", heading[start:])):
+        assert getattr(run, name.format("mean")) == pytest.approx(errors.mean(), rel=1e-12)
+        assert getattr(run, name.format("rms")) == pytest.approx(np.sqrt(np.mean(errors**2)), rel=1e-12)
+        assert getattr(run, name.format("max")) == errors.max()
+        assert getattr(run, name.format("p95")) == np.quantile(errors, 0.95, method="inverted_cdf")
+    assert run.lost_share == np.mean(~is_localized(position[start:], heading[start:]))
+
+
 # Requirements
 
 
@@ -190,6 +204,39 @@ def test_a_run_that_would_pass_is_never_called_certainly_failed(errors, metric, 
         assert not any(has_failed)
     # What is certain stays certain.
     assert has_failed == sorted(has_failed)
+
+
+def failed_by_numpy(requirement, position, heading, n_scored):
+    """The rules of `has_certainly_failed` for limits, in numpy; all steps are scored."""
+    for metric, limit in requirement.limits:
+        errors = heading if metric.startswith("heading") else position
+        is_lost = {
+            "share": np.mean(~is_localized(position, heading)) * position.size / n_scored > limit,
+            "max": errors.max() > limit,
+            "p95": np.count_nonzero(errors > limit) > n_scored - math.ceil(0.95 * n_scored),
+            "rms": np.sum(errors**2) > limit**2 * n_scored * (1 + 1e-9),
+            "mean": errors.sum() > limit * n_scored * (1 + 1e-9),
+        }
+        if is_lost[metric.split("_")[1]]:
+            return True
+    return False
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(1, 100),
+    metrics=st.lists(st.sampled_from(LIMITED_METRICS), min_size=1),
+)
+def test_certain_failure_is_that_of_numpy(seed, n, metrics):
+    rng = np.random.Generator(np.random.PCG64(seed))
+    position, heading = rng.gamma(2.0, (30.0, 0.1), (n, 2)).T.copy()
+    whole = summarize(position, heading, 0.05, 0)
+    requirement = Requirement(tuple((name, (getattr(whole, name) + 1e-3) * rng.uniform(0.3, 1.2)) for name in metrics))
+    for done in range(1, n + 1):
+        so_far = position[:done], heading[:done]
+        expected = failed_by_numpy(requirement, *so_far, n)
+        assert has_certainly_failed(requirement, *so_far, 0.05, 0, n) == expected
 
 
 @pytest.mark.parametrize(

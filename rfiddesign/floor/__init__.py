@@ -14,7 +14,7 @@ from rfiddesign.floor.map_floor import (
 from rfiddesign.floor.plan import Floor, floor_from_polygon, rectangle_floor
 from rfiddesign.floor.prepared import prepared_copy
 from rfiddesign.floor.ros_map import OccupancyMap, read_ros_map
-from rfiddesign.floor.routes import free_way, random_route
+from rfiddesign.floor.routes import random_route
 from rfiddesign.floor.tag_map import TagMap, build_tag_map, visible_tags, write_tags_csv
 
 __all__ = [
@@ -31,7 +31,6 @@ __all__ = [
     "classify",
     "floor_from_map",
     "floor_from_polygon",
-    "free_way",
     "prepared_copy",
     "random_route",
     "read_ros_map",

@@ -21,11 +21,7 @@ _WALL_SHARE = 0.99
 
 @leaf_kernel
 def ray_distance(edges, x, y, dx, dy):
-    """Distance from (x, y) along the unit vector (dx, dy) to the first edge it crosses; infinite if there is none.
-
-    `edges` has rows x0, y0, x1, y1. An edge is crossed where its ends lie on different sides of the ray's line; an end
-    on the line counts to its right side, so that a ray through a vertex crosses exactly one of two passing edges.
-    """
+    """Distance from (x, y) along the unit vector (dx, dy) to the first edge it crosses; infinite if there is none."""
     nearest = math.inf
     for i in range(edges.shape[0]):
         start_x, start_y = edges[i, 0] - x, edges[i, 1] - y

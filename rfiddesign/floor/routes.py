@@ -63,11 +63,3 @@ def random_route(
         if n_waypoints > 0:
             return waypoints[:n_waypoints]
     raise ValueError(f"length_mm is {length_mm:g}; the floor is too small for a route of that length")
-
-
-def free_way(floor: Floor, position: np.ndarray, direction: np.ndarray) -> float:
-    """Distance from a position inside `floor.navigable` along a unit vector to its boundary [mm].
-
-    Infinite if the ray meets no edge, which means that the position is outside.
-    """
-    return kernels.ray_distance(floor.navigable_edges, position[0], position[1], direction[0], direction[1])

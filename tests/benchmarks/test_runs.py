@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from rfiddesign.evaluate import evaluate
@@ -50,6 +51,10 @@ def test_whole_run(benchmark, board, layout, antenna, bar):
         def filter_alone():
             return [scene.track() for scene in scenes]
 
+        # Both are the same filter on the same reads.
+        for scene, run, estimates in zip(scenes, whole(), filter_alone(), strict=True):
+            error = np.hypot(*(estimates[1:, :2] - scene.poses[1:, :2]).T)
+            assert run.position_mean_mm == pytest.approx(error.mean(), rel=1e-9)
         best = race({"whole": whole, "filter": filter_alone}, 20)
         benchmark.pedantic(whole, rounds=5)
     n_readers = len(scenes[0].design.layout.poses)
@@ -66,6 +71,7 @@ def test_two_cores_and_growth_with_runs(benchmark, board):
     scene = make_scene(tags_per_m2=100.0)
     n_runs = 400
     runs = {n: lambda n=n: evaluate(scene.design, scene.scenario, n_runs, seed=1, n_workers=n) for n in (1, 2)}
+    assert runs[1]().runs == runs[2]().runs
     best = race(runs, 15)
     benchmark.pedantic(runs[2], rounds=2)
     board.rows.append(Row("400 runs, 2 threads", "s", best[2], {"1 thread": best[1]}, (("1 thread", 1.9, True),)))

@@ -13,12 +13,11 @@ from rfiddesign.floor import (
     Floor,
     floor_from_map,
     floor_from_polygon,
-    free_way,
     random_route,
     read_ros_map,
     rectangle_floor,
 )
-from rfiddesign.floor._route_kernels import is_inside
+from rfiddesign.floor._route_kernels import is_inside, ray_distance
 from rfiddesign.numerics._noise_kernels import run_key
 
 WILLOW = Path(__file__).parents[2] / "studies" / "willow-office" / "floor" / "map.yaml"
@@ -104,7 +103,7 @@ def test_a_hopelessly_small_floor_is_an_error_and_not_an_endless_loop():
         random_route(floor, stream(7), 20_000.0, is_aligned=False)
 
 
-def test_free_way_is_shapelys(willow_floor):
+def test_the_free_way_is_shapelys(willow_floor):
     boundary = willow_floor.navigable.boundary
     for run in range(40):
         start = random_route(willow_floor, stream(8, run), 1.0, is_aligned=False)[0]
@@ -112,8 +111,8 @@ def test_free_way_is_shapelys(willow_floor):
         direction = np.array([math.cos(angle), math.sin(angle)])
         ray = shapely.LineString([start, start + 2e5 * direction])
         expected = shapely.Point(start).distance(ray.intersection(boundary))
-        assert free_way(willow_floor, start, direction) == pytest.approx(expected, abs=1e-6)
-    assert free_way(willow_floor, np.array([-1e6, -1e6]), np.array([-1.0, 0.0])) == math.inf
+        assert ray_distance(willow_floor.navigable_edges, *start, *direction) == pytest.approx(expected, abs=1e-6)
+    assert ray_distance(willow_floor.navigable_edges, -1e6, -1e6, -1.0, 0.0) == math.inf
 
 
 def test_a_point_is_inside_where_shapely_says_so(willow_floor):
