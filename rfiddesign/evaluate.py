@@ -36,7 +36,7 @@ class Evaluation:
     design_name : the design in a line.
     runs : metrics of each run, in the order of their numbers.
     is_passed : whether each run met the requirement; empty where there was none.
-    n_particles : particles of the filter.
+    n_particles : particles of the filter; 0: it has none.
     wall_s : time taken [s].
     """
 
@@ -106,4 +106,4 @@ def evaluate(
                 on_run(len(runs))
     passed = tuple(requirement.is_met(run) for run in runs) if requirement is not None else ()
     wall = time.perf_counter() - begin
-    return Evaluation(design.name, tuple(runs), passed, scenario.estimator.n_particles, wall)
+    return Evaluation(design.name, tuple(runs), passed, getattr(scenario.estimator, "n_particles", 0), wall)

@@ -4,10 +4,11 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from itertools import pairwise
 
 from shapely.geometry import Polygon, box
 
-from rfiddesign.geometry import DetectionArea, Rectangle, sphere_floor_disc
+from rfiddesign.geometry import DetectionArea, Disc, Rectangle, sphere_floor_disc
 
 
 @dataclass(frozen=True)
@@ -20,12 +21,24 @@ class Antenna:
     housing_mm : length (x) and width (y) of the housing.
     area : what it sees of the floor, in its own frame.
     source : where these numbers come from, or "assumption: ...".
+    rssi_radii_mm : radius within which the signal reaches each step of RSSI, falling; the first is that of the area,
+        which must be a disc.  Empty: reads have no RSSI.
     """
 
     name: str
     housing_mm: tuple[float, float]
     area: DetectionArea
     source: str
+    rssi_radii_mm: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        radii = self.rssi_radii_mm
+        if not radii:
+            return
+        if not isinstance(self.area, Disc) or self.area.radius_mm != radii[0]:
+            raise ValueError(f"rssi_radii_mm begins with {radii[0]:g}: must be the radius of the area, a disc")
+        if any(outer <= inner for outer, inner in pairwise(radii)) or radii[-1] <= 0:
+            raise ValueError(f"rssi_radii_mm is {list(radii)}: must fall from step to step and stay above 0")
 
     def outline(self) -> Polygon:
         """The housing seen from above, centred [mm]."""
@@ -49,10 +62,15 @@ def antenna(name: str) -> Antenna:
 
 
 def _antenna(name: str, entry: dict) -> Antenna:
+    radii = tuple(entry.get("rssi_radii_mm", ()))
     if "sphere" in entry:
         sphere = entry["sphere"]
         area = sphere_floor_disc(sphere["radius_mm"], sphere["antenna_height_mm"], sphere["centre_depth_mm"])
+    elif radii:
+        area = Disc(radii[0])
+    elif "disc_radius_mm" in entry:
+        area = Disc(entry["disc_radius_mm"])
     else:
         area = Rectangle(*entry["rectangle_mm"])
     length, width = entry["housing_mm"]
-    return Antenna(name, (length, width), area, entry["source"])
+    return Antenna(name, (length, width), area, entry["source"], radii)

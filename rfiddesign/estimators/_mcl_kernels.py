@@ -3,6 +3,7 @@
 import numpy as np
 
 from rfiddesign.estimators._estimate_kernels import estimate
+from rfiddesign.estimators._evidence_kernels import N_READ, gather, gather_nothing_seen, room_for_evidence
 from rfiddesign.estimators._particle_kernels import (
     COSINE,
     HEADING,
@@ -10,17 +11,18 @@ from rfiddesign.estimators._particle_kernels import (
     SINE,
     X,
     Y,
+    load,
     resample,
     store,
     turn,
 )
+from rfiddesign.models._motion_kernels import step_deviations
 from rfiddesign.numerics import _lane_kernels as lanes
 from rfiddesign.numerics._compile_kernels import inline_kernel, kernel, leaf_kernel
 from rfiddesign.numerics._lane_kernels import LANES, fma
 from rfiddesign.numerics._math_kernels import (
     binary_angle,
     sin_cos,
-    sin_cos_64,
     small_binary_angle,
 )
 from rfiddesign.numerics._noise_kernels import (
@@ -37,8 +39,9 @@ from rfiddesign.numerics._noise_kernels import (
 _F = np.float32
 _I = np.int32
 _U = np.uint32
-# Columns of a read: the tag on the map, its antenna on the robot at the read, whitening by rows.
-N_READ = 8
+# Places drawn until one lies in the detection region; an area fills more than a tenth of its box.
+_MOST_TRIES = 32
+_LOG_2 = _F(0.6931472)
 
 
 @kernel
@@ -51,12 +54,25 @@ def scatter(key, low_x, low_y, high_x, high_y, x, y, heading):
         heading[m] = _I(random_bits(low, high, _U(3 * m + 2)))
 
 
+@kernel
+def scatter_about(key, pose, root, x, y, heading):
+    """Particles from a Gaussian about a pose (3,); `root` (3, 3) is the lower triangular root of its covariance."""
+    low, high = key_halves(step_key(key, STREAM_INITIALIZE, 0))
+    for m in range(x.shape[0]):
+        for_x, for_y, for_heading = random_triple(low, high, _U(m))
+        a, b, c = standard_normal(for_x), standard_normal(for_y), standard_normal(for_heading)
+        x[m] = _F(pose[0] + root[0, 0] * a)
+        y[m] = _F(pose[1] + root[1, 0] * a + root[1, 1] * b)
+        heading[m] = binary_angle(pose[2] + root[2, 0] * a + root[2, 1] * b + root[2, 2] * c)
+
+
 @leaf_kernel
-def predict(key, step, odometry, row, deviations, drawn, headings, cloud):
+def predict(key, step, odometry, row, noise, drawn, headings, cloud):
     """Line 3: move each drawn particle by an odometry increment plus noise (eq. 1) into the cloud.
 
-    The increment is a row of `odometry` (n, 3), in the robot's frame.
+    The increment is a row of `odometry` (n, 3), in the robot's frame; `noise` (3, 3) as in `Motion.noise`.
     """
+    deviations = step_deviations(noise, odometry[row, 0], odometry[row, 1], odometry[row, 2])
     width, room = cloud.shape[1], drawn.shape[1]
     low, high = key_halves(step_key(key, STREAM_PREDICT, step))
     dx, dy, turned = _F(odometry[row, 0]), _F(odometry[row, 1]), binary_angle(odometry[row, 2])
@@ -98,10 +114,12 @@ def weigh_by_distance(reads, k, inner_radius, log_tail, cloud):
 def weigh_by_field(reads, k, table, cell, cloud):
     """Line 4 for the k-th read: add the tabulated log probability at the tag's place in the antenna's frame.
 
-    `table` (n, m) float32 is centred on the antenna; its border cells hold the value for every place beyond.
+    `table` (n_tables, n, m) float32 are centred on the antenna; their border cells hold the value for every place
+    beyond.
     """
     w00, w01, w10, w11 = reads[k, 4], reads[k, 5], reads[k, 6], reads[k, 7]
-    n_i, n_j = table.shape
+    _, n_i, n_j = table.shape
+    base = _I(_I(reads[k, 8]) * _I(n_i * n_j))
     per_cell, half_i, half_j = _F(1.0 / cell), _F(0.5 * n_i), _F(0.5 * n_j)
     last_i, last_j = _F(n_i - 1), _F(n_j - 1)
     width = cloud.shape[1]
@@ -111,7 +129,7 @@ def weigh_by_field(reads, k, table, cell, cloud):
         q = fma(fma(u, w10, v * w11), per_cell, half_j)
         row = lanes.to_integer(lanes.lesser(lanes.greater(p, _F(0.0)), last_i))
         column = lanes.to_integer(lanes.lesser(lanes.greater(q, _F(0.0)), last_j))
-        log = lanes.look_up(table, lanes.add(lanes.multiply(row, _I(n_j)), column))
+        log = lanes.look_up(table, lanes.add(lanes.add(lanes.multiply(row, _I(n_j)), column), base))
         lanes.store(cloud, LOG * width + i, lanes.load(cloud, LOG * width + i) + log)
 
 
@@ -146,94 +164,127 @@ def reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headi
 
 
 @leaf_kernel
-def update(key, step, n_particles, reads, n_reads, rules, table, cloud, drawn, headings, out, row):
+def restart_in_region(key, step, reads, n_reads, table, cell, n_particles, drawn, headings):
+    """Restart every particle in the detection region of a read tag (rssi_kalman_navifloor, section IV-C).
+
+    The tag lies uniformly in what the antenna reads with more than half the chance of its best place; half of the
+    particles keep their heading, the others take any.  The reads are dealt to the particles in turn.
+    """
+    low, high = key_halves(step_key(key, STREAM_INITIALIZE, step + 1))
+    _, n_i, n_j = table.shape
+    for k in range(n_reads):
+        which = int(reads[k, 8])
+        best = table[which, 0, 0]
+        for i in range(n_i):
+            for j in range(n_j):
+                best = max(best, table[which, i, j])
+        w00, w01, w10, w11 = reads[k, 4], reads[k, 5], reads[k, 6], reads[k, 7]
+        for m in range(k, n_particles, n_reads):
+            u = v = _F(0.0)
+            draw = m * (2 * _MOST_TRIES + 1)
+            for i in range(_MOST_TRIES):
+                p = int(unit_uniform(random_bits(low, high, _U(draw + 2 * i))) * _F(n_i))
+                q = int(unit_uniform(random_bits(low, high, _U(draw + 2 * i + 1))) * _F(n_j))
+                if table[which, p, q] > best - _LOG_2:
+                    u, v = _F((p + 0.5 - 0.5 * n_i) * cell), _F((q + 0.5 - 0.5 * n_j) * cell)
+                    break
+            if m % 2 == 1:
+                headings[m] = _I(random_bits(low, high, _U(draw + 2 * _MOST_TRIES)))
+            # From the robot's centre to the tag, in the robot's axes.
+            ax, ay = reads[k, 2] + fma(w00, u, w10 * v), reads[k, 3] + fma(w01, u, w11 * v)
+            s, c = sin_cos(headings[m])
+            drawn[0, m] = reads[k, 0] - fma(c, ax, -_F(s * ay))
+            drawn[1, m] = reads[k, 1] - fma(s, ax, _F(c * ay))
+
+
+@leaf_kernel
+def update(key, step, n_particles, reads, n_reads, n_evidence, rules, table, cloud, drawn, headings, out, row):
     """Lines 4-13 for the reads of one step, from the cloud to `drawn`; writes the estimate to a row of `out`.
 
     Parameters
     ----------
-    reads : (n_reads or more, N_READ) float32, see there; with a table, whitening is the rotation to the antenna's axes.
-    rules : (inner_radius, log_tail, log_alpha, cell_mm of the table); log_alpha = -inf: no reinitialization.
-    table : (n, m) float32 log probability of a read; without cells the likelihood is that of the distance.
+    reads : (n_evidence or more, N_READ) float32, see there: n_reads reads, then tags that were not read; with a table,
+        whitening is the rotation to the antenna's axes.
+    rules : (inner_radius, log_tail, log_alpha, cell_mm of the table, whether all particles restart in the region);
+        log_alpha = -inf: no reinitialization.
+    table : (n_tables, n, m) float32 log probabilities; without cells the likelihood is that of the distance.
     cloud : (N_FIELDS, width) float32.
     drawn, headings : see `resample`.
     out : (n, N_ESTIMATE).
     """
-    for k in range(n_reads):
-        if table.shape[0] > 0:
+    for k in range(n_evidence):
+        if table.shape[1] > 0:
             weigh_by_field(reads, k, table, rules[3], cloud)
         else:
             weigh_by_distance(reads, k, rules[0], rules[1], cloud)
     total, lowest = estimate(n_particles, cloud, out, row)
-    if n_reads == 0:
+    if n_evidence == 0:
         store(cloud, drawn, headings)
         return
     log_alpha = _F(rules[2])
     is_doubted = lowest < log_alpha
     resample(key, step, n_particles, total, is_doubted, cloud, drawn, headings)
-    if is_doubted:
+    if not is_doubted or n_reads == 0:
+        return
+    if rules[4] > 0.0:
+        best = cloud[LOG, 0]
+        for m in range(n_particles):
+            best = max(best, cloud[LOG, m])
+        if best < log_alpha:
+            restart_in_region(key, step, reads, n_reads, table, rules[3], n_particles, drawn, headings)
+    else:
         reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headings)
 
 
-@leaf_kernel
-def antenna_then(x, y, back, forward, sideways, turn):
-    """Where an antenna at (x, y) on the robot was the share `back` of a step ago, in the robot's frame of now.
-
-    The robot's motion over the step is (forward, sideways, turn) in its frame at the begin, driven and turned at
-    constant rates.
-    """
-    s_end, c_end = sin_cos_64(turn)
-    s, c = sin_cos_64(back * turn)
-    behind_x, behind_y = back * forward, back * sideways
-    return (
-        c * x + s * y - (c_end * behind_x + s_end * behind_y),
-        c * y - s * x - (c_end * behind_y - s_end * behind_x),
-    )
+@kernel
+def predict_step(key, step, odometry, row, model, arrays):
+    """`predict` for particles that lie in `drawn` before and after; see `verbs.Kernels`."""
+    drawn, headings, cloud = arrays
+    predict(key, step, odometry, row, model[3], drawn, headings, cloud)
+    store(cloud, drawn, headings)
 
 
 @kernel
-def track(key, first, last, n_particles, log, model, cloud, drawn, headings, estimates):
+def update_step(key, step, log, t, model, tags, arrays, out, row):
+    """`update` for particles that lie in `drawn`; see `verbs.Kernels`."""
+    drawn, headings, cloud = arrays
+    load(drawn, headings, cloud)
+    reads = np.empty((room_for_evidence(log, t, t + 1, model), N_READ), np.float32)
+    _update_from_log(key, step, log, t, model, tags, drawn, headings, cloud, reads, out, row)
+
+
+@kernel
+def _update_from_log(key, step, log, t, model, tags, drawn, headings, cloud, reads, out, row):
+    n_particles, positions, whitening, _, rules, table, ages, looks = model
+    odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt = log
+    is_age_compensated, delay = ages
+    uses_rssi, learns_from_nothing = looks[0], looks[1]
+    gather(
+        t, odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt, positions, whitening,
+        is_age_compensated, delay, uses_rssi, reads,
+    )  # fmt: skip
+    n_reads = read_start[t + 1] - read_start[t]
+    n_evidence = n_reads
+    if learns_from_nothing:
+        n_evidence = gather_nothing_seen(step, t, n_reads, log, model, tags, cloud, reads)
+    update(key, step, n_particles, reads, n_reads, n_evidence, rules, table, cloud, drawn, headings, out, row)
+
+
+@kernel
+def track(key, first, last, log, model, tags, arrays, estimates):
     """Run the filter over steps first..last-1 of a recording; estimates[t + 1] is the belief after step t.
 
     Parameters
     ----------
-    log : (odometry (n, 3), read_start (n + 1,), read_antenna, read_tag_xy (r, 2), read_age (r,), dt).
-    model : (positions (n, 2), whitening (n, 2, 2) float32, deviations (3,), rules, table, is_age_compensated).
+    log : as in `Recording.log`.
+    model : (n_particles, positions (n, 2), whitening (n, 2, 2) float32, noise (3, 3), rules, table, ages, looks);
+        ages: (is_age_compensated, delay of reads in steps); looks: see `gather_nothing_seen`.
+    tags : as in `verbs.known`.
+    arrays : (drawn, headings, cloud).
     """
-    odometry, read_start, read_antenna, read_tags, read_age, dt = log
-    positions, whitening, deviations, rules, table, is_age_compensated = model
-    n_most = 0
+    drawn, headings, cloud = arrays
+    odometry, noise = log[0], model[3]
+    reads = np.empty((room_for_evidence(log, first, last, model), N_READ), np.float32)
     for t in range(first, last):
-        n_most = max(n_most, read_start[t + 1] - read_start[t])
-    reads = np.empty((n_most, N_READ), np.float32)
-    for t in range(first, last):
-        predict(key, t, odometry, t, deviations, drawn, headings, cloud)
-        _gather(
-            t,
-            odometry,
-            read_start,
-            read_antenna,
-            read_tags,
-            read_age,
-            dt,
-            positions,
-            whitening,
-            is_age_compensated,
-            reads,
-        )
-        n_reads = read_start[t + 1] - read_start[t]
-        update(key, t, n_particles, reads, n_reads, rules, table, cloud, drawn, headings, estimates, t + 1)
-
-
-@leaf_kernel
-def _gather(
-    t, odometry, read_start, read_antenna, read_tags, read_age, dt, positions, whitening, is_age_compensated, reads
-):
-    """The reads of step t as `update` takes them."""
-    for row in range(read_start[t], read_start[t + 1]):
-        antenna, k = read_antenna[row], row - read_start[t]
-        x, y = positions[antenna, 0], positions[antenna, 1]
-        if is_age_compensated and read_age[row] > 0.0:
-            x, y = antenna_then(x, y, read_age[row] / dt, odometry[t, 0], odometry[t, 1], odometry[t, 2])
-        reads[k, 0], reads[k, 1], reads[k, 2], reads[k, 3] = read_tags[row, 0], read_tags[row, 1], x, y
-        reads[k, 4], reads[k, 5] = whitening[antenna, 0, 0], whitening[antenna, 0, 1]
-        reads[k, 6], reads[k, 7] = whitening[antenna, 1, 0], whitening[antenna, 1, 1]
+        predict(key, t, odometry, t, noise, drawn, headings, cloud)
+        _update_from_log(key, t, log, t, model, tags, drawn, headings, cloud, reads, estimates, t + 1)

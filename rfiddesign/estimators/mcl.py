@@ -1,28 +1,41 @@
 """Monte-Carlo localization with particles restarted under read tags (hf_multireader_mcl, section 3)."""
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from rfiddesign import require
-from rfiddesign.estimators import _estimate_kernels
 from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
-from rfiddesign.estimators.start import KnownStart, Start
-from rfiddesign.geometry import DetectionArea, ReaderLayout
+from rfiddesign.estimators.start import KnownStart, Start, UncertainStart
+from rfiddesign.estimators.verbs import (
+    N_ESTIMATE,
+    Belief,
+    Filter,
+    Kernels,
+    belief,
+    estimate,
+    known,
+    predict,
+    track,
+    update,
+    workspace,
+)
+from rfiddesign.models._motion_kernels import MAX_TURN_DEVIATION
 from rfiddesign.models.likelihood import DistanceLikelihood
-from rfiddesign.models.motion import OmnidirectionalMotion
-from rfiddesign.models.recording import Recording
+from rfiddesign.models.motion import Motion, OmnidirectionalMotion
+from rfiddesign.models.robot import Robot
 from rfiddesign.numerics._lane_kernels import LANES
-from rfiddesign.numerics._math_kernels import binary_angle
+from rfiddesign.numerics._math_kernels import RADIANS_PER_BINARY_UNIT, binary_angle
+
+__all__ = [
+    "KERNELS", "N_ESTIMATE", "Mcl", "build", "estimate", "headings", "init", "known", "positions", "predict", "track",
+    "update", "workspace",
+]  # fmt: skip
 
 MAX_PARTICLES = 1_000_000
-# The compiled noise of a step's turn must stay below half a turn, at 6.4 sigma.
-MAX_TURN_DEVIATION = 0.49
-# Columns of an estimate: x, y, heading; var_x, cov_xy, var_y, cov_x_heading, cov_y_heading, var_heading; effective
-# sample size.
-N_ESTIMATE = _estimate_kernels.N_ESTIMATE
+KERNELS = Kernels(kernels.predict_step, kernels.update_step, kernels.track)
 
 
 @dataclass(frozen=True)
@@ -41,207 +54,107 @@ class Mcl:
     """
 
     likelihood: DistanceLikelihood = field(default_factory=DistanceLikelihood)
-    motion: OmnidirectionalMotion = field(default_factory=OmnidirectionalMotion)
+    motion: Motion = field(default_factory=OmnidirectionalMotion)
     n_particles: int = 500
     reinitialize: bool = True
     alpha: float = 1e-6
     is_age_compensated: bool = True
 
     def __post_init__(self) -> None:
-        if not isinstance(self.n_particles, int) or not 2 <= self.n_particles <= MAX_PARTICLES:
-            raise ValueError(f"n_particles is {self.n_particles!r}, must be from 2 to {MAX_PARTICLES:,}")
+        check_particles(self.n_particles)
         require.within("alpha", self.alpha, low=0.0, high=1.0, is_low_open=True)
 
 
-@dataclass(frozen=True)
-class MclModel:
-    """The filter's settings made ready for one robot.
-
-    Parameters
-    ----------
-    positions_mm : (n_antennas, 2) antennas in the robot's frame.
-    whitening : (n_antennas, 2, 2) float32, see `DistanceLikelihood.whitening`.
-    deviations : (3,) noise of one step [mm, mm, rad].
-    rules : (inner_radius, log_tail, log_alpha, cell_mm) of the compiled filter.
-    table : (n, m) float32 log probability of a read in cells of `cell_mm` about the antenna; without cells the
-        likelihood is that of the distance.
-    """
-
-    settings: Mcl
-    dt_s: float
-    positions_mm: np.ndarray
-    whitening: np.ndarray
-    deviations: np.ndarray
-    rules: np.ndarray
-    table: np.ndarray
+def check_particles(n_particles: int) -> None:
+    """Raise ValueError unless this is a number of particles that a filter takes."""
+    if not isinstance(n_particles, int) or not 2 <= n_particles <= MAX_PARTICLES:
+        raise ValueError(f"n_particles is {n_particles!r}, must be from 2 to {MAX_PARTICLES:,}")
 
 
-@dataclass(frozen=True)
-class MclState:
-    """The belief: M equally weighted particles after resampling, and the estimate made before it.
-
-    Parameters
-    ----------
-    key : stream of the run (`_noise_kernels.run_key`).
-    step : steps taken so far.
-    particles : (2, M) float32 x and y [mm].
-    headings : (M,) int32 binary angles.
-    moments : (N_ESTIMATE,) the estimate, see there.
-    """
-
-    key: np.uint64
-    step: int
-    particles: np.ndarray
-    headings: np.ndarray
-    moments: np.ndarray
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """Mean pose (3,) and covariance (3, 3) of a belief [mm, mm, rad], and its effective sample size."""
-
-    pose: np.ndarray
-    covariance: np.ndarray
-    effective_sample_size: float
-
-
-def build(settings: Mcl, layout: ReaderLayout, area: DetectionArea, dt_s: float) -> MclModel:
-    """Make the filter ready for a robot with `layout`, whose antennas see `area` and are heard every `dt_s` seconds.
+def build(settings: Mcl, robot: Robot, dt_s: float) -> Filter:
+    """Make the filter ready for a robot whose antennas are heard every `dt_s` seconds.
 
     Raises
     ------
     ValueError : if the motion's noise turns the robot by more than 0.49 rad (one sigma) within a step.
     """
-    deviations = np.array(settings.motion.step_deviations(dt_s))
-    require.within("noise_heading_rad_per_s times dt_s", float(deviations[2]), low=0.0, high=MAX_TURN_DEVIATION)
-    poses = np.asarray(layout.poses_mm, float)
+    noise = motion_noise(settings.motion, dt_s)
+    poses = np.asarray(robot.layout.poses_mm, float)
     # Eq. 6 measures from the antenna's centre, which is the area's centroid for every symmetric antenna.
-    centre = np.asarray(area.centroid_mm, float)
+    centre = np.asarray(robot.area.centroid_mm, float)
     cosine, sine = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     offset = np.stack([cosine * centre[0] - sine * centre[1], sine * centre[0] + cosine * centre[1]], axis=-1)
     log_alpha = math.log(settings.alpha) if settings.reinitialize else -math.inf
     likelihood = settings.likelihood
-    table, cell_mm = likelihood.log_table(area)
-    return MclModel(
-        settings=settings,
-        dt_s=dt_s,
+    table, cell_mm = likelihood.log_table(robot.area)
+    model = (
+        settings.n_particles,
         # A field is tabulated about the antenna, a distance counts from the area's centre.
-        positions_mm=poses[:, :2] if table.size else poses[:, :2] + offset,
-        whitening=np.ascontiguousarray(likelihood.whitening(area, poses[:, 2]), np.float32),
-        deviations=deviations,
-        rules=np.array([likelihood.inner_radius, likelihood.log_tail, log_alpha, cell_mm]),
-        table=table,
+        poses[:, :2].copy() if table.size else poses[:, :2] + offset,
+        np.ascontiguousarray(likelihood.whitening(robot.area, poses[:, 2]), np.float32),
+        noise,
+        np.array([likelihood.inner_radius, likelihood.log_tail, log_alpha, cell_mm, 0.0]),
+        table[None],
+        (settings.is_age_compensated, robot.reads.delay_s / dt_s),
+        looks(robot, dt_s),
     )
+    return Filter(settings, dt_s, len(poses), KERNELS, model)
 
 
-def init(model: MclModel, start: Start, key: int) -> MclState:
+def motion_noise(motion: Motion, dt_s: float) -> np.ndarray:
+    """The noise of a step, see `Motion.noise`; ValueError if it turns the robot by more than 0.49 rad (one sigma)."""
+    noise = motion.noise(dt_s)
+    require.within("noise of the heading per step", math.sqrt(noise[2, 0]), low=0.0, high=MAX_TURN_DEVIATION)
+    return noise
+
+
+def looks(
+    robot: Robot, dt_s: float, *, uses_rssi: bool = False, learns_from_nothing: bool = False, reach: float = 0.0,
+    table_number: int = 0,
+) -> tuple:  # fmt: skip
+    """How the compiled filter looks at reads, see `_evidence_kernels.gather_nothing_seen`."""
+    schedule = robot.reads.schedule(robot.layout.n_readers, dt_s)
+    return (
+        uses_rssi, learns_from_nothing, robot.reads.answers == "all", schedule.slots, schedule.phases, schedule.period,
+        float(reach), table_number,
+    )  # fmt: skip
+
+
+def init(ready: Filter, start: Start, key: int) -> Belief:
     """The belief before the first step; `key` names the run's random streams."""
-    m = model.settings.n_particles
-    particles = np.zeros((2, m), np.float32)
-    headings = np.zeros(m, np.int32)
+    m = ready.settings.n_particles
+    width, room = -(-m // LANES) * LANES, particle_kernels.room_for(m)
+    cloud = particle_kernels.aligned_zeros((particle_kernels.N_FIELDS, width), np.float32)
+    drawn = particle_kernels.aligned_zeros((3, room), np.float32)
+    angles = particle_kernels.aligned_zeros((room,), np.int32)
     moments = np.zeros(N_ESTIMATE)
     moments[-1] = m
     if isinstance(start, KnownStart):
         pose = np.asarray(start.pose, float)
-        particles[0], particles[1] = pose[0], pose[1]
-        headings[:] = binary_angle(pose[2])
+        drawn[0], drawn[1] = pose[0], pose[1]
+        angles[:m] = binary_angle(pose[2])
         moments[:3] = pose
+    elif isinstance(start, UncertainStart):
+        root = np.linalg.cholesky(np.asarray(start.covariance, float) + np.diag([1e-9, 1e-9, 1e-15]))
+        kernels.scatter_about(np.uint64(key), np.asarray(start.pose, float), root, drawn[0, :m], drawn[1, :m], angles)
+        moments[:3] = start.pose
+        moments[3:9] = np.asarray(start.covariance, float)[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
     else:
         low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
-        kernels.scatter(np.uint64(key), low_x, low_y, high_x, high_y, particles[0], particles[1], headings)
+        kernels.scatter(np.uint64(key), low_x, low_y, high_x, high_y, drawn[0, :m], drawn[1, :m], angles)
         moments[:3] = (low_x + high_x) / 2, (low_y + high_y) / 2, 0.0
         # Of uniform distributions over the box and the turn.
         moments[[3, 5, 8]] = (high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3
-    return MclState(np.uint64(key), 0, particles, headings, moments)
-
-
-def predict(model: MclModel, state: MclState, increment: np.ndarray) -> MclState:
-    """Move the belief by an odometry increment (3,) in the robot's frame [mm, mm, rad] (line 3)."""
-    _, drawn, headings, cloud = workspace(state)
-    kernels.predict(
-        state.key, state.step, np.asarray(increment, float).reshape(1, 3), 0, model.deviations, drawn, headings, cloud,
-    )  # fmt: skip
-    particle_kernels.store(cloud, drawn, headings)
-    return _with_particles(state, drawn, headings)
-
-
-def update(model: MclModel, state: MclState, antenna: np.ndarray, tag_mm: np.ndarray) -> MclState:
-    """Weigh, estimate, resample and restart by one step's reads (lines 4-13).
-
-    Parameters
-    ----------
-    antenna : (n_reads,) index of each reading antenna.
-    tag_mm : (n_reads, 2) position of each read tag on the map [mm].
-    """
-    antenna = np.asarray(antenna, np.int64)
-    tags = np.asarray(tag_mm, float).reshape(-1, 2)
-    _, drawn, headings, cloud = workspace(state)
-    particle_kernels.load(drawn, headings, cloud)
-    moments = np.empty((1, N_ESTIMATE))
-    reads = np.column_stack([tags, model.positions_mm[antenna], model.whitening[antenna].reshape(-1, 4)])
-    kernels.update(
-        state.key, state.step, model.settings.n_particles, reads.astype(np.float32), len(tags), model.rules,
-        model.table, cloud, drawn, headings, moments, 0,
-    )  # fmt: skip
-    return replace(_with_particles(state, drawn, headings), step=state.step + 1, moments=moments[0])
-
-
-def estimate(state: MclState) -> Estimate:
-    """Weighted mean (eq. 3), covariance and effective sample size of the particles before they were last resampled."""
-    xx, xy, yy, xh, yh, hh = state.moments[3:9]
-    covariance = np.array([[xx, xy, xh], [xy, yy, yh], [xh, yh, hh]])
-    return Estimate(state.moments[:3].copy(), covariance, float(state.moments[9]))
-
-
-def track(model: MclModel, state: MclState, recording: Recording, last: int, estimates: np.ndarray) -> MclState:
-    """Run the filter over a recording from its state's step up to step `last`, in compiled code.
-
-    Row t + 1 of `estimates` (n_steps + 1, N_ESTIMATE) receives the estimate after step t.
-
-    Raises
-    ------
-    ValueError : if `last` is not a step of the recording, `estimates` has another shape, or an antenna is not on the
-        robot.
-    """
-    n_antennas = len(model.positions_mm)
-    if not state.step <= last <= recording.n_steps:
-        raise ValueError(f"last is {last!r}, must be from {state.step} to {recording.n_steps}, the recording's end")
-    if estimates.ndim != 2 or estimates.shape[0] <= last or estimates.shape[1] != N_ESTIMATE:
-        raise ValueError(f"estimates has shape {estimates.shape}, must have more than {last} rows of {N_ESTIMATE}")
-    if recording.read_antenna.max(initial=-1) >= n_antennas or recording.read_antenna.min(initial=0) < 0:
-        raise ValueError(f"read_antenna has an index outside 0 to {n_antennas - 1}, the robot's antennas")
-    log = (
-        recording.odometry, recording.read_start, recording.read_antenna, recording.read_tag_mm,
-        recording.read_age_s, recording.dt_s,
-    )  # fmt: skip
-    n_particles, drawn, headings, cloud = workspace(state)
-    kernels.track(state.key, state.step, last, n_particles, log, compiled(model), cloud, drawn, headings, estimates)
-    moments = estimates[last].copy() if last > state.step else state.moments
-    return replace(_with_particles(state, drawn, headings), step=last, moments=moments)
-
-
-def compiled(model: MclModel) -> tuple:
-    """The model as the compiled filter takes it."""
-    return (
-        model.positions_mm, model.whitening, model.deviations, model.rules, model.table,
-        model.settings.is_age_compensated,
-    )  # fmt: skip
-
-
-def workspace(state: MclState) -> tuple[int, np.ndarray, np.ndarray, np.ndarray]:
-    """Number of particles, and the arrays of the compiled filter with the state's particles: drawn, headings, cloud."""
-    m = state.headings.size
-    width, room = -(-m // LANES) * LANES, particle_kernels.room_for(m)
-    cloud = particle_kernels.aligned_zeros((particle_kernels.N_FIELDS, width), np.float32)
-    drawn = particle_kernels.aligned_zeros((3, room), np.float32)
-    headings = particle_kernels.aligned_zeros((room,), np.int32)
-    drawn[:2, :m] = state.particles
     # Lanes beyond the last particle weigh nothing, and stay near the others.
-    drawn[:2, m:] = state.particles[:, -1:]
-    headings[:m] = state.headings
-    return m, drawn, headings, cloud
+    drawn[:2, m:] = drawn[:2, m - 1 : m]
+    return belief(key, (drawn, angles, cloud), moments)
 
 
-def _with_particles(state: MclState, drawn: np.ndarray, headings: np.ndarray) -> MclState:
-    m = state.headings.size
-    return replace(state, particles=drawn[:2, :m].copy(), headings=headings[:m].copy())
+def positions(ready: Filter, state: Belief) -> np.ndarray:
+    """Positions of the particles, shape (2, M) float32 [mm]."""
+    return state.arrays[0][:2, : ready.settings.n_particles]
+
+
+def headings(ready: Filter, state: Belief) -> np.ndarray:
+    """Headings of the particles, shape (M,) [rad]."""
+    return state.arrays[1][: ready.settings.n_particles] * RADIANS_PER_BINARY_UNIT

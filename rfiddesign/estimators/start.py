@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from rfiddesign import require
 from rfiddesign.floor.plan import MAX_EXTENT_MM
 
@@ -22,6 +24,24 @@ class KnownStart:
 
 
 @dataclass(frozen=True)
+class UncertainStart:
+    """The robot starts about this pose: x [mm], y [mm], heading [rad], and the covariance (3, 3) of its error."""
+
+    pose: tuple[float, float, float]
+    covariance: tuple[tuple[float, float, float], ...]
+
+    def __post_init__(self) -> None:
+        KnownStart(self.pose)
+        covariance = np.asarray(self.covariance, float)
+        if covariance.shape != (3, 3) or not np.isfinite(covariance).all():
+            raise ValueError(f"start covariance has shape {covariance.shape}, must be (3, 3) finite numbers")
+        if np.abs(covariance - covariance.T).max() > 1e-9 * np.abs(covariance).max():
+            raise ValueError("start covariance must be symmetric")
+        if np.linalg.eigvalsh(covariance).min() < -1e-9 * np.abs(covariance).max():
+            raise ValueError("start covariance has a negative variance")
+
+
+@dataclass(frozen=True)
 class UnknownStart:
     """The robot is somewhere in this box, (low_x, low_y, high_x, high_y) [mm], with any heading."""
 
@@ -34,4 +54,4 @@ class UnknownStart:
             require.within(f"start bounds, high {axis}", high, low=low, high=MAX_EXTENT_MM)
 
 
-Start = KnownStart | UnknownStart
+Start = KnownStart | UncertainStart | UnknownStart

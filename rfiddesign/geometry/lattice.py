@@ -49,6 +49,14 @@ class Lattice:
         (ax, ay), (bx, by) = self.basis_mm
         return abs(ax * by - ay * bx)
 
+    @property
+    def min_distance_mm(self) -> float:
+        """Distance [mm] between a point and the next: the shorter vector of the reduced basis (Gauss)."""
+        short, long = sorted(np.asarray(self.basis_mm, dtype=np.float64), key=np.linalg.norm)
+        while (whole := np.round(short @ long / (short @ short))) != 0:
+            short, long = sorted((short, long - whole * short), key=np.linalg.norm)
+        return float(np.linalg.norm(short))
+
     def at(self, indices: ArrayLike) -> NDArray[np.float64]:
         """Return the points (..., 2) [mm] with indices (..., 2), i and j."""
         indices = np.asarray(indices, dtype=np.float64)

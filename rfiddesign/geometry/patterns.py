@@ -12,6 +12,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 from shapely.geometry.base import BaseGeometry
 
 from rfiddesign import require
@@ -40,6 +41,11 @@ class TagPattern(Protocol):
         """The lattice that the tags fill without gaps, or None."""
         ...
 
+    @property
+    def min_distance_mm(self) -> float:
+        """Distance [mm] that no two tags fall short of."""
+        ...
+
     def lay(self, region: BaseGeometry) -> NDArray[np.float64]:
         """Return the tag positions (n, 2) [mm] inside `region`, by y then x; ValueError if they are too many."""
         ...
@@ -55,6 +61,10 @@ class LatticePattern:
     @property
     def tags_per_m2(self) -> float:
         return MM2_PER_M2 / self.lattice.cell_area_mm2
+
+    @property
+    def min_distance_mm(self) -> float:
+        return self.lattice.min_distance_mm
 
     def lay(self, region: BaseGeometry) -> NDArray[np.float64]:
         return self.lattice.lay(region)
@@ -79,6 +89,10 @@ class ThinnedPattern:
     @property
     def tags_per_m2(self) -> float:
         return self.keep * self.base.tags_per_m2
+
+    @property
+    def min_distance_mm(self) -> float:
+        return self.base.min_distance_mm
 
     def lay(self, region: BaseGeometry) -> NDArray[np.float64]:
         indices = self.base.lattice.indices_within(region)
@@ -125,6 +139,12 @@ class ListedPattern:
             raise ValueError(f"points_mm of shape {points.shape}: must be at least one finite position (x, y)")
         points.setflags(write=False)
         object.__setattr__(self, "points_mm", points)
+
+    @property
+    def min_distance_mm(self) -> float:
+        if len(self.points_mm) < 2:
+            return math.inf
+        return float(cKDTree(self.points_mm).query(self.points_mm, k=2)[0][:, 1].min())
 
     @property
     def tags_per_m2(self) -> float:

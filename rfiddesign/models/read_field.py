@@ -18,7 +18,8 @@ class ReadField(NamedTuple):
     box without extent.  Where `table` has cells, the read probability is looked up there instead.
 
     Fields: half_length_mm, half_width_mm, corner_mm, reach_mm (float); table (n, m) float32 over u (rows) and v;
-    cell_mm (float): side of a table cell, the table being centred on the antenna.
+    cell_mm (float): side of a table cell, the table being centred on the antenna; rssi_radii (m,): radius of each step
+    of RSSI, falling, none: reads have no RSSI.
     """
 
     half_length_mm: float
@@ -27,24 +28,25 @@ class ReadField(NamedTuple):
     reach_mm: float
     table: np.ndarray
     cell_mm: float
+    rssi_radii: np.ndarray
 
 
 @lru_cache(maxsize=64)
-def read_field(area: DetectionArea) -> ReadField:
+def read_field(area: DetectionArea, rssi_radii_mm: tuple[float, ...] = ()) -> ReadField:
     """The read field of a detection area: exact for disc, rectangle and rounded rectangle, tabulated for the rest."""
-    empty = np.zeros((0, 0), np.float32)
+    empty, radii = np.zeros((0, 0), np.float32), np.array(rssi_radii_mm, float)
     if isinstance(area, Disc):
-        return ReadField(0.0, 0.0, float(area.radius_mm), float(area.reach_mm), empty, 1.0)
+        return ReadField(0.0, 0.0, float(area.radius_mm), float(area.reach_mm), empty, 1.0, radii)
     if isinstance(area, Rectangle):
-        return ReadField(area.length_mm / 2, area.width_mm / 2, 0.0, float(area.reach_mm), empty, 1.0)
+        return ReadField(area.length_mm / 2, area.width_mm / 2, 0.0, float(area.reach_mm), empty, 1.0, radii)
     if isinstance(area, RoundedRectangle):
         corner = float(area.corner_mm)
         return ReadField(
-            area.length_mm / 2 - corner, area.width_mm / 2 - corner, corner, float(area.reach_mm), empty, 1.0
+            area.length_mm / 2 - corner, area.width_mm / 2 - corner, corner, float(area.reach_mm), empty, 1.0, radii
         )
     table, cell = tabulated(area)
     reach = 0.5 * cell * float(np.hypot(*table.shape)) if isinstance(area, ProbabilityMap) else area.reach_mm + cell
-    return ReadField(0.0, 0.0, 0.0, float(reach), table, cell)
+    return ReadField(0.0, 0.0, 0.0, float(reach), table, cell, radii)
 
 
 def tabulated(area: DetectionArea) -> tuple[np.ndarray, float]:

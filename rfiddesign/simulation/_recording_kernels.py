@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rfiddesign.models._motion_kernels import step_deviations
 from rfiddesign.numerics import _lane_kernels as lanes
 from rfiddesign.numerics._compile_kernels import inline_kernel, kernel, leaf_kernel
 from rfiddesign.numerics._lane_kernels import LANES, fma
@@ -10,6 +11,8 @@ from rfiddesign.numerics._noise_kernels import (
     STREAM_INSTALLATION,
     STREAM_ODOMETRY,
     STREAM_READS,
+    STREAM_SLIP,
+    fine_uniform,
     key_halves,
     random_bits,
     random_triple,
@@ -27,8 +30,13 @@ _F = np.float32
 
 
 @kernel
-def record_odometry(key, poses, deviations, odometry):
-    """Motion between successive poses in the robot's frame, plus white noise."""
+def record_odometry(key, poses, wheels, odometry):
+    """Motion between successive poses in the robot's frame, plus noise and faults.
+
+    `wheels` : (noise (3, 3) as in `Motion.noise`, faults as in `OdometryFaults.compiled`).
+    """
+    noise, faults = wheels
+    scale_x, scale_y, drift, slips, slip_mm, slip_rad = faults
     n = odometry.shape[0]
     for t in range(n):
         low, high = key_halves(step_key(key, STREAM_ODOMETRY, t))
@@ -36,9 +44,21 @@ def record_odometry(key, poses, deviations, odometry):
         s, c = sin_cos_64(poses[t, 2])
         dx = poses[t + 1, 0] - poses[t, 0]
         dy = poses[t + 1, 1] - poses[t, 1]
-        odometry[t, 0] = c * dx + s * dy + deviations[0] * standard_normal(for_x)
-        odometry[t, 1] = c * dy - s * dx + deviations[1] * standard_normal(for_y)
-        odometry[t, 2] = poses[t + 1, 2] - poses[t, 2] + deviations[2] * standard_normal(for_heading)
+        forward, sideways, turn = c * dx + s * dy, c * dy - s * dx, poses[t + 1, 2] - poses[t, 2]
+        deviation_x, deviation_y, deviation_heading = step_deviations(noise, forward, sideways, turn)
+        way = np.sqrt(forward * forward + sideways * sideways)
+        slipped_ahead = slipped_turn = 0.0
+        if slips > 0.0 and way > 0.0:
+            low, high = key_halves(step_key(key, STREAM_SLIP, t))
+            if fine_uniform(random_bits(low, high, _U(0))) < slips * way:
+                # A wheel that slips turns more than the floor passes under it.
+                slipped_ahead = abs(slip_mm * standard_normal(random_bits(low, high, _U(1)))) / way
+                slipped_turn = slip_rad * standard_normal(random_bits(low, high, _U(2)))
+        noise_x = deviation_x * standard_normal(for_x)
+        noise_y = deviation_y * standard_normal(for_y)
+        odometry[t, 0] = forward + noise_x + (scale_x + slipped_ahead) * forward
+        odometry[t, 1] = sideways + noise_y + (scale_y + slipped_ahead) * sideways
+        odometry[t, 2] = turn + deviation_heading * standard_normal(for_heading) + (drift * way + slipped_turn)
 
 
 @inline_kernel
@@ -75,16 +95,10 @@ def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_sta
     installation : (sigma [mm] per axis of where a tag lies about its place in `grid`, the two halves of the key that
         fixes each tag's error).
     """
-    per_cell, x0, y0, n_x, n_y = grid
-    field_reach = box[3]
+    n_x, field_reach = grid[3], box[3]
     sigma, install_low, install_high = installation
     reach = field_reach + _FARTHEST_SIGMA * sigma
-    # A hair more than the reach, so that the rounding of the reciprocal cannot lose a cell.
-    column, line, span = (x - x0) * per_cell, (y - y0) * per_cell, reach * per_cell + 1e-6
-    first_i = max(int(np.floor(column - span)), 0)
-    last_i = min(int(np.floor(column + span)), n_x - 1)
-    first_j = max(int(np.floor(line - span)), 0)
-    last_j = min(int(np.floor(line + span)), n_y - 1)
+    first_i, last_i, first_j, last_j = cells_about(x, y, reach, grid)
     chosen = -1
     n_seen = 0
     if first_i > last_i:
@@ -116,6 +130,104 @@ def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_sta
                     continue
             chosen = row
     return chosen, draw
+
+
+@leaf_kernel
+def poll_all(
+    x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation, chance_to_read, rows
+):
+    """As `poll`, but all tags in view answer, each read with `chance_to_read`: their rows go to `rows`.
+
+    Returns how many were read, at most the length of `rows`, and the next free draw.
+    """
+    n_x, field_reach = grid[3], box[3]
+    sigma = installation[0]
+    reach = field_reach + _FARTHEST_SIGMA * sigma
+    first_i, last_i, first_j, last_j = cells_about(x, y, reach, grid)
+    n_read = 0
+    if first_i > last_i:
+        return n_read, draw
+    for j in range(first_j, last_j + 1):
+        for row in range(cell_start[j * n_x + first_i], cell_start[j * n_x + last_i + 1]):
+            u, v = offset_of(row, x, y, s, c, tag_x, tag_y, tag_id, installation)
+            if abs(u) > field_reach or abs(v) > field_reach:
+                continue
+            chance = read_chance(u, v, box, table) * chance_to_read
+            if chance <= 0.0:
+                continue
+            if chance < 1.0:
+                is_read = unit_uniform(random_bits(low, high, _U(draw))) < chance
+                draw += 1
+                if not is_read:
+                    continue
+            if n_read < rows.shape[0]:
+                rows[n_read] = row
+                n_read += 1
+    return n_read, draw
+
+
+@inline_kernel
+def cells_about(x, y, reach, grid):
+    """First and last column and row of the map's cells within `reach` of a point; first > last: there are none."""
+    per_cell, x0, y0, n_x, n_y = grid
+    # A hair more than the reach, so that the rounding of the reciprocal cannot lose a cell.
+    column, line, span = (x - x0) * per_cell, (y - y0) * per_cell, reach * per_cell + 1e-6
+    first_i = max(int(np.floor(column - span)), 0)
+    last_i = min(int(np.floor(column + span)), n_x - 1)
+    first_j = max(int(np.floor(line - span)), 0)
+    last_j = min(int(np.floor(line + span)), n_y - 1)
+    return first_i, last_i, first_j, last_j
+
+
+@inline_kernel
+def offset_of(row, x, y, s, c, tag_x, tag_y, tag_id, installation):
+    """Where the tag of a row lies in the frame of an antenna at (x, y), as in `poll`."""
+    sigma, install_low, install_high = installation
+    dx, dy = tag_x[row] - x, tag_y[row] - y
+    if sigma > 0.0:
+        number = _U(2 * tag_id[row])
+        dx += sigma * standard_normal(random_bits(install_low, install_high, number))
+        dy += sigma * standard_normal(random_bits(install_low, install_high, _U(number + _U(1))))
+    return c * dx + s * dy, c * dy - s * dx
+
+
+@inline_kernel
+def pose_then(poses, t, phase, lag):
+    """True pose at the fraction `phase` of step t, less `lag` steps: x, y, sine and cosine of the heading."""
+    if lag > 0.0:
+        # Before the first pose the robot stood.
+        time = max(t + phase - lag, 0.0)
+        t = min(int(np.floor(time)), poses.shape[0] - 2)
+        phase = time - t
+    s, c = sin_cos_64(poses[t, 2] + phase * (poses[t + 1, 2] - poses[t, 2]))
+    return (
+        poses[t, 0] + phase * (poses[t + 1, 0] - poses[t, 0]),
+        poses[t, 1] + phase * (poses[t + 1, 1] - poses[t, 1]),
+        s,
+        c,
+    )
+
+
+@inline_kernel
+def antenna_at(pose, antennas, yaws, a):
+    """Place of antenna a, and sine and cosine of its direction, on a robot at `pose` as `pose_then` has it."""
+    x, y, s, c = pose
+    return (
+        x + c * antennas[a, 0] - s * antennas[a, 1],
+        y + s * antennas[a, 0] + c * antennas[a, 1],
+        s * yaws[a, 1] + c * yaws[a, 0],
+        c * yaws[a, 1] - s * yaws[a, 0],
+    )
+
+
+@inline_kernel
+def rssi_of(u, v, radii):
+    """Step of RSSI of a tag at (u, v) in the antenna's frame; -1: the reader tells none."""
+    distance, step = np.sqrt(u * u + v * v), -1
+    for k in range(radii.shape[0]):
+        if distance < radii[k] or k == 0:
+            step = k
+    return step
 
 
 @kernel
@@ -169,22 +281,22 @@ def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice
     ----------
     poses : (n_steps + 1, 3) true poses.
     robot : (antennas (n, 3), their poses in the robot's frame; phases (n,), the fraction of the step at which each
-        polls).
-    world : (read_probability, installation_error_mm).
+        polls; slots (n,) and period, see `Schedule`).
+    world : (read_probability, installation_error_mm; read time and delay in steps; how many tags answer at most).
     field : see `ReadField`.
     tags : (installed_x, installed_y, tag_id, cell_start, 1 / cell_mm, origin_x, origin_y, n_x, n_y) of a TagMap.
     lattice : (6,) origin x, y [mm] and, row by row, the matrix that takes an offset from it to steps of the lattice
         that holds every tag [1/mm]; zeros if there is none.
-    out : (read_start (n_steps + 1,), read_antenna, read_row, read_age), the last three with room for
-        (last - first) * n entries; the reads of step t are rows read_start[t] to read_start[t + 1] - 1 of them.
+    out : (read_start (n_steps + 1,), read_antenna, read_row, read_age, read_rssi), the last four with room for
+        (last - first) * n times as many entries as tags may answer; the reads of step t are rows read_start[t] to read_start[t + 1] - 1 of them.
     """
-    antennas, phases = robot
-    read_probability, sigma = world
-    read_start, read_antenna, read_row, read_age = out
+    antennas, phases, slots, period = robot
+    read_probability, sigma, read_time, delay, n_answers = world
+    read_start, read_antenna, read_row, read_age, read_rssi = out
     tag_x, tag_y, tag_id, cell_start, per_cell, x0, y0, n_x, n_y = tags
     grid = (per_cell, x0, y0, n_x, n_y)
     box = (field.half_length_mm, field.half_width_mm, field.corner_mm, field.reach_mm, field.cell_mm)
-    table = field.table
+    table, radii = field.table, field.rssi_radii
     install_low, install_high = key_halves(step_key(key, STREAM_INSTALLATION, 0))
     installation = (sigma, install_low, install_high)
     # A tag in reach lies within these bounds, in steps of the lattice, of the antenna's place.
@@ -195,38 +307,56 @@ def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice
     n_reads = 0
     n_antennas = antennas.shape[0]
     rough, near = _rough_copy(antennas, phases), np.empty(n_antennas + 2 * LANES, np.int32)
-    yaw_s = np.empty(n_antennas)
-    yaw_c = np.empty(n_antennas)
+    rows = np.empty(n_answers, np.int32)
+    yaws = np.empty((n_antennas, 2))
     for a in range(n_antennas):
-        yaw_s[a], yaw_c[a] = sin_cos_64(antennas[a, 2])
+        yaws[a, 0], yaws[a, 1] = sin_cos_64(antennas[a, 2])
     read_start[first] = 0
     for t in range(first, last):
         low, high = key_halves(step_key(key, STREAM_READS, t))
         draw = 0
         phase = -1.0
-        x = y = s = c = 0.0
+        pose = (0.0, 0.0, 0.0, 1.0)
         for k in range(_near_tags(poses, t, rough, n_antennas, lattice, bounds, near)):
             a = near[k]
+            if period > 1 and t % period != slots[a]:
+                continue
             if phases[a] != phase:
                 phase = phases[a]
-                x = poses[t, 0] + phase * (poses[t + 1, 0] - poses[t, 0])
-                y = poses[t, 1] + phase * (poses[t + 1, 1] - poses[t, 1])
-                s, c = sin_cos_64(poses[t, 2] + phase * (poses[t + 1, 2] - poses[t, 2]))
-            antenna_x = x + c * antennas[a, 0] - s * antennas[a, 1]
-            antenna_y = y + s * antennas[a, 0] + c * antennas[a, 1]
-            sine, cosine = s * yaw_c[a] + c * yaw_s[a], c * yaw_c[a] - s * yaw_s[a]
-            row, draw = poll(
-                antenna_x, antenna_y, sine, cosine, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start,
-                grid, installation,
-            )  # fmt: skip
-            if row >= 0 and read_probability < 1.0:
-                if unit_uniform(random_bits(low, high, _U(draw))) >= read_probability:
-                    row = -1
-                draw += 1
-            if row >= 0:
+                pose = pose_then(poses, t, phase, delay)
+            x, y, s, c = antenna_at(pose, antennas, yaws, a)
+            n_answered = 0
+            if n_answers > 1:
+                n_answered, draw = poll_all(
+                    x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation,
+                    read_probability, rows,
+                )  # fmt: skip
+            else:
+                row, draw = poll(
+                    x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation
+                )
+                if row >= 0 and read_probability < 1.0:
+                    if unit_uniform(random_bits(low, high, _U(draw))) >= read_probability:
+                        row = -1
+                    draw += 1
+                if row >= 0:
+                    rows[0], n_answered = row, 1
+            for i in range(n_answered):
+                row = rows[i]
+                if read_time > 0.0:
+                    before = antenna_at(pose_then(poses, t, phase, delay + read_time), antennas, yaws, a)
+                    bx, by, bs, bc = before
+                    u, v = offset_of(row, bx, by, bs, bc, tag_x, tag_y, tag_id, installation)
+                    if read_chance(u, v, box, table) <= 0.0:
+                        continue
+                rssi = -1
+                if radii.shape[0] > 0:
+                    u, v = offset_of(row, x, y, s, c, tag_x, tag_y, tag_id, installation)
+                    rssi = rssi_of(u, v, radii)
                 read_antenna[n_reads] = a
                 read_row[n_reads] = row
                 read_age[n_reads] = (1.0 - phases[a]) * dt
+                read_rssi[n_reads] = rssi
                 n_reads += 1
         read_start[t + 1] = n_reads
     return n_reads

@@ -8,6 +8,7 @@ from rfiddesign.design import Design
 from rfiddesign.floor import TagMap
 from rfiddesign.geometry import TagPattern
 from rfiddesign.models.read_field import ReadField, read_field
+from rfiddesign.models.reads import MOST_ANSWERS
 from rfiddesign.models.recording import Recording
 from rfiddesign.simulation import _recording_kernels as kernels
 from rfiddesign.simulation.scenario import World
@@ -16,28 +17,35 @@ from rfiddesign.simulation.scenario import World
 class Rig(NamedTuple):
     """A design in a world as compiled runs take it.
 
-    Fields: deviations (3,) of a step's odometry [mm, mm, rad]; robot: antennas (n, 3) in the robot's frame and the
-    fraction of a step at which each polls (n,); world: read probability and installation error [mm]; field: what an
-    antenna reads; lattice: origin [mm] and inverse basis [1/mm] of the tags' lattice, zeros if there is none.
+    Fields: wheels: noise (3, 3) of a step's odometry, see `Motion.noise`, and its faults; robot: antennas (n, 3) in the
+    robot's frame, and when each polls (`Schedule`); world: read probability, installation error [mm], read time and
+    delay [steps], tags that answer at most; field: what an antenna reads; lattice: origin [mm] and inverse basis [1/mm]
+    of the tags' lattice, zeros if it cannot help.
     """
 
-    deviations: np.ndarray
-    robot: tuple[np.ndarray, np.ndarray]
-    world: tuple[float, float]
+    wheels: tuple[np.ndarray, tuple[float, ...]]
+    robot: tuple[np.ndarray, np.ndarray, np.ndarray, int]
+    world: tuple[float, float, float, float, int]
     field: ReadField
     lattice: tuple[float, ...]
 
 
 def rig_of(design: Design, world: World, dt_s: float) -> Rig:
     """The rig of `design` in `world` with steps of `dt_s` seconds."""
-    antennas = np.asarray(design.layout.poses_mm, float)
+    antennas, reads = np.asarray(design.layout.poses_mm, float), world.reads
+    schedule = reads.schedule(len(antennas), dt_s)
+    n_answers = MOST_ANSWERS if reads.answers == "all" else 1
     return Rig(
-        np.array(world.motion.step_deviations(dt_s)),
-        (antennas, world.reads.phases(len(antennas))),
-        (float(world.reads.read_probability), float(world.installation_error_mm)),
-        read_field(design.antenna.area),
-        _lattice_of(design.pattern),
-    )
+        (world.motion.noise(dt_s), world.faults.compiled),
+        (antennas, schedule.phases, schedule.slots, schedule.period),
+        (
+            float(reads.read_probability), float(world.installation_error_mm), reads.read_time_s / dt_s,
+            reads.delay_s / dt_s, n_answers,
+        ),
+        read_field(design.antenna.area, design.antenna.rssi_radii_mm),
+        # The lattice tells what is near at the time of the poll, not what was.
+        (0.0,) * 6 if reads.delay_s > 0 else _lattice_of(design.pattern),
+    )  # fmt: skip
 
 
 def installed(tags: TagMap) -> tuple:
@@ -57,13 +65,14 @@ def record(design: Design, tags: TagMap, poses: np.ndarray, dt_s: float, world: 
     rig = rig_of(design, world, dt_s)
     n_steps = poses.shape[0] - 1
     odometry = np.empty((n_steps, 3))
-    kernels.record_odometry(key, poses, rig.deviations, odometry)
-    room = n_steps * len(design.layout.poses_mm)
+    kernels.record_odometry(key, poses, rig.wheels, odometry)
+    room = n_steps * len(design.layout.poses_mm) * rig.world[-1]
     read_start = np.empty(n_steps + 1, np.int64)
-    read_antenna, read_row, read_age = np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room)
+    read_antenna, read_row, read_rssi = (np.empty(room, np.int32) for _ in range(3))
+    read_age = np.empty(room)
     n_reads = kernels.record_reads(
         key, poses, 0, n_steps, float(dt_s), rig.robot, rig.world, rig.field, installed(tags), rig.lattice,
-        (read_start, read_antenna, read_row, read_age),
+        (read_start, read_antenna, read_row, read_age, read_rssi),
     )  # fmt: skip
     rows = read_row[:n_reads]
     return Recording(
@@ -75,6 +84,7 @@ def record(design: Design, tags: TagMap, poses: np.ndarray, dt_s: float, world: 
         read_tag=tags.tag_id[rows],
         read_tag_mm=np.column_stack([tags.nominal_x[rows], tags.nominal_y[rows]]).astype(float),
         read_age_s=read_age[:n_reads].copy(),
+        read_rssi=read_rssi[:n_reads].copy(),
     )
 
 

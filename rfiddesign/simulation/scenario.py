@@ -3,9 +3,10 @@
 from dataclasses import dataclass, field
 
 from rfiddesign import require
-from rfiddesign.estimators.mcl import MAX_TURN_DEVIATION, Mcl
+from rfiddesign.estimators.mcl import Mcl, motion_noise
+from rfiddesign.estimators.registry import Settings
 from rfiddesign.floor import Floor
-from rfiddesign.models.motion import OmnidirectionalMotion
+from rfiddesign.models.motion import Motion, OdometryFaults, OmnidirectionalMotion
 from rfiddesign.models.reads import ReadModel
 from rfiddesign.simulation.trajectory import HEADINGS
 
@@ -52,11 +53,13 @@ class World:
     reads : how the readers read.
     installation_error_mm : standard deviation per axis of where a tag lies about where the map has it [mm]; every run
         meets a freshly laid floor.
+    faults : what is systematically wrong with the odometry.
     """
 
-    motion: OmnidirectionalMotion = field(default_factory=OmnidirectionalMotion)
+    motion: Motion = field(default_factory=OmnidirectionalMotion)
     reads: ReadModel = field(default_factory=ReadModel)
     installation_error_mm: float = 0.0
+    faults: OdometryFaults = field(default_factory=OdometryFaults)
 
     def __post_init__(self) -> None:
         require.within("installation_error_mm", self.installation_error_mm, low=0.0, high=1000.0)
@@ -75,16 +78,18 @@ class Scenario:
         floor's navigable part, with any heading.
     duration_s, dt_s : length of a run and of a filter step [s].
     settle_s : errors count from here on [s].
+    is_delay_known : whether the filter is told by how much reads are late.
     """
 
     floor: Floor
     routes: Routes = field(default_factory=Routes)
     world: World = field(default_factory=World)
-    estimator: Mcl = field(default_factory=Mcl)
+    estimator: Settings = field(default_factory=Mcl)
     start: str = "known"
     duration_s: float = 60.0
     dt_s: float = 0.05
     settle_s: float = 0.0
+    is_delay_known: bool = False
 
     def __post_init__(self) -> None:
         if self.start not in STARTS:
@@ -92,8 +97,10 @@ class Scenario:
         require.within("dt_s", self.dt_s, low=1e-4, high=10.0)
         require.within("duration_s", self.duration_s, low=self.dt_s, high=self.dt_s * MAX_STEPS)
         for whose, motion in (("world", self.world.motion), ("estimator", self.estimator.motion)):
-            turn = motion.noise_heading_rad_per_s * self.dt_s
-            require.within(f"{whose}: noise_heading_rad_per_s times dt_s", turn, low=0.0, high=MAX_TURN_DEVIATION)
+            try:
+                motion_noise(motion, self.dt_s)
+            except ValueError as error:
+                raise ValueError(f"{whose}: {error}") from None
         require.within("settle_s", self.settle_s, low=0.0, high=self.duration_s - self.dt_s)
 
     @property

@@ -1,0 +1,31 @@
+"""Every estimator by its settings: the module that offers `build`, `init` and the verbs."""
+
+from typing import Any, Protocol
+
+from rfiddesign.estimators import mcl, particle_filter
+from rfiddesign.estimators.start import Start
+from rfiddesign.estimators.verbs import Belief, Filter
+from rfiddesign.models.motion import Motion
+from rfiddesign.models.robot import Robot
+
+
+class Settings(Protocol):
+    """What the settings of every estimator have."""
+
+    motion: Motion
+
+
+_MODULES: dict[type, Any] = {
+    mcl.Mcl: mcl,
+    particle_filter.ParticleFilter: particle_filter,
+}
+
+
+def build(settings: Settings, robot: Robot, dt_s: float) -> Filter:
+    """Make an estimator ready for a robot that is heard every `dt_s` seconds."""
+    return _MODULES[type(settings)].build(settings, robot, dt_s)
+
+
+def init(ready: Filter, start: Start, key: int) -> Belief:
+    """The belief before the first step; `key` names the run's random streams."""
+    return _MODULES[type(ready.settings)].init(ready, start, key)

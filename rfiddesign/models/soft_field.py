@@ -1,0 +1,73 @@
+"""What a read, a read of some strength, or no read says of where the tag lies: tables about the antenna."""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+from scipy.special import ndtr
+
+from rfiddesign.geometry import DetectionArea, Disc, ProbabilityMap
+from rfiddesign.models.read_field import tabulated
+
+# Chance left to what cannot be, so that one odd read does not end a filter.
+LEAST_PROBABILITY = 1e-3
+# A border blurred by a Gaussian is done with beyond so many of its sigmas.
+_SIGMAS = 3.1
+_MAX_CELLS_PER_SIDE = 512
+
+
+@lru_cache(maxsize=64)
+def read_tables(
+    area: DetectionArea, rssi_radii_mm: tuple[float, ...], softness_mm: float, read_probability: float
+) -> tuple[np.ndarray, float, float]:
+    """Log probabilities in square cells about the antenna, of each thing that a poll may say of one tag.
+
+    Table 0: it is read; table j + 1: it is read with RSSI j, thus between the radii of steps j and j + 1 (there is none
+    without radii); last table: it is not read.  Borders of the area are blurred by a Gaussian of `softness_mm`.
+
+    Returns
+    -------
+    (n_tables, n, m) float32, whose border cells hold the value for every place beyond; side of a cell [mm]; distance
+    beyond which a tag that is not read says nothing [mm].
+    """
+    field, cell = _soft(area, softness_mm)
+    fields = [field]
+    radii = (*rssi_radii_mm, 0.0)
+    for outer, inner in zip(radii[:-1], radii[1:], strict=True):
+        disc = _soft_disc(outer, field.shape, cell, softness_mm)
+        fields.append(disc - _soft_disc(inner, field.shape, cell, softness_mm) if inner > 0 else disc)
+    seen = [np.log(np.maximum(read_probability * field, LEAST_PROBABILITY)) for field in fields]
+    unseen = np.log1p(-read_probability * np.clip(field, 0.0, 1.0))
+    # Far away a tag is never read, to the last bit.
+    unseen[[0, -1], :] = unseen[:, [0, -1]] = 0.0
+    reach = 0.5 * cell * math.hypot(*field.shape) if isinstance(area, ProbabilityMap) else area.reach_mm
+    return np.ascontiguousarray([*seen, unseen], np.float32), cell, float(reach + _SIGMAS * softness_mm + cell)
+
+
+def _soft(area: DetectionArea, softness_mm: float) -> tuple[np.ndarray, float]:
+    """Chance to be in the blurred area in cells over u (rows) and v, one cell of nothing around, and their side."""
+    if isinstance(area, ProbabilityMap):
+        table, cell = tabulated(area)
+        margin = 1 + math.ceil(_SIGMAS * softness_mm / cell)
+        return gaussian_filter(np.pad(table.astype(float), margin), softness_mm / cell, mode="constant"), cell
+    extent = 2.0 * (area.reach_mm + _SIGMAS * softness_mm)
+    cell = max(1.0, extent / _MAX_CELLS_PER_SIDE)
+    n = math.ceil(extent / cell) + 2
+    if isinstance(area, Disc):
+        return _soft_disc(area.radius_mm, (n, n), cell, softness_mm), cell
+    return _border(-area.signed_distance(_centres((n, n), cell)), softness_mm), cell
+
+
+def _soft_disc(radius_mm: float, shape: tuple[int, int], cell: float, softness_mm: float) -> np.ndarray:
+    return _border(radius_mm - np.hypot(*np.moveaxis(_centres(shape, cell), -1, 0)), softness_mm)
+
+
+def _border(depth_mm: np.ndarray, softness_mm: float) -> np.ndarray:
+    """Chance to be inside, by the depth inside the border."""
+    return ndtr(depth_mm / softness_mm) if softness_mm > 0 else (depth_mm >= 0).astype(float)
+
+
+def _centres(shape: tuple[int, int], cell: float) -> np.ndarray:
+    u, v = np.meshgrid(*((np.arange(n) - (n - 1) / 2) * cell for n in shape), indexing="ij")
+    return np.stack([u, v], axis=-1)
