@@ -37,7 +37,7 @@ class Antenna:
             return
         if not isinstance(self.area, Disc) or self.area.radius_mm != radii[0]:
             raise ValueError(f"rssi_radii_mm begins with {radii[0]:g}: must be the radius of the area, a disc")
-        if any(outer <= inner for outer, inner in pairwise(radii)) or radii[-1] <= 0:
+        if not (all(outer > inner for outer, inner in pairwise(radii)) and radii[-1] > 0):
             raise ValueError(f"rssi_radii_mm is {list(radii)}: must fall from step to step and stay above 0")
 
     def outline(self) -> Polygon:

@@ -1,4 +1,4 @@
-"""The command line: `rfiddesign run | check | evaluate | coverage | report`.
+"""The command line: `rfiddesign run | check | evaluate | coverage | report | reproduce`.
 
 Only this module prints and exits.  Everything heavy is imported inside the commands, so that `--help` is quick.
 """
@@ -139,6 +139,36 @@ def report(folder: Path):
     from rfiddesign.report import write_report
 
     print(write_report(folder))
+
+
+@app.command
+def reproduce(
+    name: str, *, quick: bool = False, out: Path | None = None, workers: Workers = None, json: Json = False
+):
+    """Simulate a published system again and print its numbers beside the printed ones.
+
+    Parameters
+    ----------
+    name : folder of a reproduction, or its name in studies/.
+    quick : reduced numbers of runs, for a look or for CI.
+    out : folder for rows and figures; default: results/NAME.
+    """
+    from rfiddesign.cli.progress import StepDisplay
+    from rfiddesign.cli.text import reproduction_lines
+    from rfiddesign.reproduce import load_reproduction, write_reproduction
+    from rfiddesign.reproduce import reproduce as simulate_again
+
+    _check_count("--workers", workers, MAX_WORKERS)
+    loaded = load_reproduction(name)
+    folder = out or Path("results") / loaded.name
+    with StepDisplay() as display:
+        found = simulate_again(loaded, is_quick=quick, n_workers=workers, on_progress=display.show)
+        display.say("writing rows and figures")
+        write_reproduction(found, folder)
+    if json:
+        _print_json(found.as_json() | {"folder": str(folder)})
+    else:
+        print("\n".join(reproduction_lines(found, folder)))
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -103,3 +103,11 @@ class CountDisplay(Display):
     def show(self, n_done: int) -> None:
         """Show that `n_done` are done."""
         self.say(f"{self._what}: {n_done:,} of {self._total:,}")
+
+
+class StepDisplay(Display):
+    """Progress of several things one after the other, each of which can be counted."""
+
+    def show(self, what: str, n_done: int, total: int) -> None:
+        """Show that `n_done` of `total` runs of something are done."""
+        self.say(f"{what}: {n_done:,} of {total:,} runs")

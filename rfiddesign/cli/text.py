@@ -96,3 +96,28 @@ def coverage_lines(summary: dict[str, Any]) -> list[str]:
             f"beyond 500 mm {drive['share_over_limit']:6.1%}{aligned}"
         )
     return [*lines, *(f"  warning: {warning}" for warning in summary["warnings"])]
+
+
+def reproduction_lines(found: Any, folder: Any) -> list[str]:
+    """Tables of `reproduce`: what was published beside what was measured, and the claims."""
+    lines = [found.title]
+    table = None
+    for row in found.rows:
+        if row.table != table:
+            table = row.table
+            lines += ["", f"{table:<46} {'published':>10} {'measured':>10} {'+-':>9}  unit"]
+        published = "" if row.published is None else f"{row.published:.4g}"
+        stderr = "" if row.stderr is None else f"{row.stderr:.2g}"
+        name = f"{row.row}, {row.metric}"
+        lines.append(f"  {name:<44} {published:>10} {row.measured:>10.4g} {stderr:>9}  {'' if row.unit == '1' else row.unit}")
+    if found.claims:
+        lines += ["", "claims"]
+    for claim in found.claims:
+        bounds = [f"at least {claim.claim.at_least:g}"] if claim.claim.at_least is not None else []
+        bounds += [f"at most {claim.claim.at_most:g}"] if claim.claim.at_most is not None else []
+        measured = "not measured" if claim.measured is None else f"{claim.measured:.4g}"
+        where = f"{claim.claim.table}, {claim.claim.row}, {claim.claim.metric}"
+        lines.append(f"  {'holds' if claim.holds else 'FAILS'}  {where}: {measured}, {' and '.join(bounds)}")
+    if found.is_quick:
+        lines += ["", "--quick: few runs; claims are made of the full counts"]
+    return [*lines, "", f"rows and figures: {folder}"]

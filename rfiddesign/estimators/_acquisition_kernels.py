@@ -18,6 +18,8 @@ _ENTRY_ACROSS = math.sqrt(1 / 3)
 _WITHIN = 0.5
 # Two tags whose distance differs from the way between them by more than this share, and a diameter, contradict it.
 _WAY_ERROR = 0.2
+# Two tags tell the heading if that leaves it this uncertain at most [rad].
+_MOST_UNCERTAIN = 0.7
 
 
 @leaf_kernel
@@ -58,7 +60,12 @@ def find_pose(search, antenna, x, y, tag_x, tag_y, radius, pose, covariance):
     dx, dy = tag_x - search[TAG_X], tag_y - search[TAG_Y]
     way_x, way_y = place_x - search[PLACE_X], place_y - search[PLACE_Y]
     base, way = math.sqrt(dx * dx + dy * dy), math.sqrt(way_x * way_x + way_y * way_y)
-    is_believed = is_second and way > 0.0 and abs(base - way) <= 2.0 * radius + _WAY_ERROR * way
+    mean, sigma_along, sigma_across = 0.0, _WITHIN * radius, _WITHIN * radius
+    if search[ANTENNA] == antenna:
+        mean, sigma_along, sigma_across = ENTRY_MEAN * radius, _ENTRY_ALONG * radius, _ENTRY_ACROSS * radius
+    # Tags that one antenna sees together, or soon after each other, tell no direction.
+    is_second = is_second and math.sqrt(2.0) * sigma_across <= _MOST_UNCERTAIN * min(base, 2.0 * way)
+    is_believed = is_second and abs(base - way) <= 2.0 * radius + _WAY_ERROR * way
     if search[STAGE] == 0.0 or (is_second and not is_believed):
         search[STAGE] = 1.0
         search[TAG_X], search[TAG_Y], search[PLACE_X], search[PLACE_Y] = tag_x, tag_y, place_x, place_y
@@ -68,16 +75,14 @@ def find_pose(search, antenna, x, y, tag_x, tag_y, radius, pose, covariance):
     heading = search[LOCAL_HEADING] + atan2_64(dy, dx) - atan2_64(way_y, way_x)
     along_x, along_y = dx / base, dy / base
     across_x, across_y = -along_y, along_x
-    mean, sigma_along, sigma_across = 0.0, _WITHIN * radius, _WITHIN * radius
-    if search[ANTENNA] == antenna:
-        mean, sigma_along, sigma_across = ENTRY_MEAN * radius, _ENTRY_ALONG * radius, _ENTRY_ACROSS * radius
     s, c = sin_cos_64(heading)
     pose[0] = tag_x - mean * along_x - (c * x - s * y)
     pose[1] = tag_y - mean * along_y - (s * x + c * y)
     pose[2] = heading
     # How the pose moves with the heading alone, then with the offsets: along the line, across it at either tag.
     lever_x, lever_y = s * x + c * y, s * y - c * x
-    turn = 1.0 / base
+    # Where the way is short an offset turns it the more, up to any heading at all.
+    turn = 1.0 / max(min(base, way), _WITHIN * radius)
     columns = (
         (sigma_along * along_x, sigma_along * along_y, 0.0),
         (sigma_across * (across_x + turn * lever_x), sigma_across * (across_y + turn * lever_y), sigma_across * turn),

@@ -44,9 +44,9 @@ def antenna_then(x, y, back, forward, sideways, turn):
 @leaf_kernel
 def gather(
     t, odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt, positions, whitening, is_age_compensated,
-    delay, uses_rssi, reads,
+    delay, n_rssi, reads,
 ):  # fmt: skip
-    """The reads of step t as rows."""
+    """The reads of step t as rows; `n_rssi` is how many steps of RSSI have a table, a stronger signal has the last."""
     for row in range(read_start[t], read_start[t + 1]):
         antenna, k = read_antenna[row], row - read_start[t]
         x, y = positions[antenna, 0], positions[antenna, 1]
@@ -56,7 +56,7 @@ def gather(
         reads[k, 0], reads[k, 1], reads[k, 2], reads[k, 3] = read_tags[row, 0], read_tags[row, 1], x, y
         reads[k, 4], reads[k, 5] = whitening[antenna, 0, 0], whitening[antenna, 0, 1]
         reads[k, 6], reads[k, 7] = whitening[antenna, 1, 0], whitening[antenna, 1, 1]
-        reads[k, 8] = _F(read_rssi[row] + 1) if uses_rssi else _F(0.0)
+        reads[k, 8] = _F(min(max(read_rssi[row] + 1, 0), n_rssi))
 
 
 @leaf_kernel
@@ -129,7 +129,8 @@ def gather_nothing_seen(step, t, n_reads, log, model, tags, cloud, reads):
                 is_read = False
                 if has_read:
                     for k in range(read_start[t], read_start[t + 1]):
-                        is_same = read_tags[k, 0] == tag_x[row] and read_tags[k, 1] == tag_y[row]
+                        # The map is in single precision.
+                        is_same = _F(read_tags[k, 0]) == tag_x[row] and _F(read_tags[k, 1]) == tag_y[row]
                         is_read = is_read or (read_antenna[k] == a and is_same)
                 if is_read:
                     continue

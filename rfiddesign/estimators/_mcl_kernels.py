@@ -230,7 +230,8 @@ def update(key, step, n_particles, reads, n_reads, n_evidence, rules, table, clo
         best = cloud[LOG, 0]
         for m in range(n_particles):
             best = max(best, cloud[LOG, m])
-        if best < log_alpha:
+        # What contradicts nothing may still be on the border of the field, at half the chance, for every row.
+        if best < log_alpha - _F(n_evidence) * _LOG_2:
             restart_in_region(key, step, reads, n_reads, table, rules[3], n_particles, drawn, headings)
     else:
         reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headings)
@@ -258,10 +259,11 @@ def _update_from_log(key, step, log, t, model, tags, drawn, headings, cloud, rea
     n_particles, positions, whitening, _, rules, table, ages, looks = model
     odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt = log
     is_age_compensated, delay = ages
-    uses_rssi, learns_from_nothing = looks[0], looks[1]
+    # Beside the tables of the steps of RSSI there are that of any read and that of none.
+    n_rssi, learns_from_nothing = table.shape[0] - 2 if looks[0] else 0, looks[1]
     gather(
         t, odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt, positions, whitening,
-        is_age_compensated, delay, uses_rssi, reads,
+        is_age_compensated, delay, n_rssi, reads,
     )  # fmt: skip
     n_reads = read_start[t + 1] - read_start[t]
     n_evidence = n_reads

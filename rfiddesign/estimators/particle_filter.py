@@ -46,7 +46,8 @@ class ParticleFilter:
     softness_mm : standard deviation by which the field's border is blurred [mm]: installation errors and the like.
     read_probability : chance that a tag in the field is read, as the filter believes; at most 0.999.
     reinitialize : whether the particles restart in the detection region once all of them contradict a read.
-    alpha : weight, below that of every particle, that counts as a contradiction.
+    alpha : weight that counts as a contradiction if that of every particle is below it, times 1/2 for every tag that
+        was looked at: on the border of the field is no contradiction.
     is_age_compensated : as in `mcl.Mcl`.
     """
 
@@ -57,7 +58,7 @@ class ParticleFilter:
     softness_mm: float = 3.0
     read_probability: float = 0.98
     reinitialize: bool = True
-    alpha: float = 2e-3
+    alpha: float = 5e-3
     is_age_compensated: bool = True
 
     def __post_init__(self) -> None:

@@ -2,7 +2,7 @@
 
 from typing import Any, Protocol
 
-from rfiddesign.estimators import mcl, particle_filter
+from rfiddesign.estimators import ekf, geometric, histogram, markov, mcl, particle_filter
 from rfiddesign.estimators.start import Start
 from rfiddesign.estimators.verbs import Belief, Filter
 from rfiddesign.models.motion import Motion
@@ -16,6 +16,10 @@ class Settings(Protocol):
 
 
 _MODULES: dict[type, Any] = {
+    ekf.Ekf: ekf,
+    geometric.Geometric: geometric,
+    markov.Markov: markov,
+    histogram.Histogram: histogram,
     mcl.Mcl: mcl,
     particle_filter.ParticleFilter: particle_filter,
 }

@@ -6,13 +6,14 @@ An estimator's module adds its settings, `build` (settings and a robot make a `F
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rfiddesign.estimators._estimate_kernels import N_ESTIMATE
 from rfiddesign.estimators._particle_kernels import aligned_zeros
-from rfiddesign.floor import TagMap
+from rfiddesign.floor import TagMap, build_tag_map
 from rfiddesign.models.recording import Reads, Recording
 
 
@@ -155,10 +156,19 @@ def known(tags: TagMap | None) -> tuple:
     if tags is None:
         none = np.empty(0, np.float32)
         return none, none, np.zeros(2, np.int32), 1.0, 0.0, 0.0, 1, 1
+    if tags.nominal_x is not tags.installed_x:
+        tags = _as_planned(tags)
     return (
         tags.nominal_x, tags.nominal_y, tags.cell_start, 1.0 / tags.cell_mm, float(tags.origin_mm[0]),
         float(tags.origin_mm[1]), tags.n_x, tags.n_y,
     )  # fmt: skip
+
+
+@lru_cache(maxsize=4)
+def _as_planned(tags: TagMap) -> TagMap:
+    """A map with its cells by where the plan has the tags: those of `tags` go by where these lie in truth."""
+    order = np.argsort(tags.tag_id)
+    return build_tag_map(np.column_stack([tags.nominal_x, tags.nominal_y])[order])
 
 
 def _copy(array: np.ndarray) -> np.ndarray:

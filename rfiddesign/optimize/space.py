@@ -1,12 +1,12 @@
 """The space of designs: every combination of its variables' values, less what cannot be built."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 
 from shapely.geometry import Polygon
 
-from rfiddesign.catalog import Antenna
-from rfiddesign.design import Design, check_design
+from rfiddesign.catalog import USUAL_READER, Antenna, Reader, reader
+from rfiddesign.design import Design, check_design, check_tag_spacing
 from rfiddesign.geometry import ReaderLayout, TagPattern
 
 MAX_DESIGNS = 1_000_000
@@ -14,11 +14,12 @@ MAX_DESIGNS = 1_000_000
 
 @dataclass(frozen=True)
 class Space:
-    """Values of each variable of a design."""
+    """Values of each variable of a design, and the reader of all."""
 
     layouts: tuple[ReaderLayout, ...]
     antennas: tuple[Antenna, ...]
     patterns: tuple[TagPattern, ...]
+    reader: Reader = field(default_factory=lambda: reader(USUAL_READER))
 
     def __post_init__(self) -> None:
         if not self.size:
@@ -33,24 +34,53 @@ class Space:
 
     def designs(self) -> tuple[Design, ...]:
         """Every combination; a design's place in this order is its number in the study."""
-        return tuple(Design(*values) for values in product(self.layouts, self.antennas, self.patterns))
+        return tuple(Design(*values, self.reader) for values in product(self.layouts, self.antennas, self.patterns))
 
 
 @dataclass(frozen=True)
 class Unbuildable:
-    """A layout that does not take an antenna, with the reason."""
+    """A layout that does not take an antenna, or an antenna that sees too much of a pattern, with the reason.
+
+    Parameters
+    ----------
+    layout_name, antenna_name : what does not go together; "any layout" where the pattern is at fault.
+    reason : why, in words.
+    numbers : numbers of the designs in the space that this rules out and no fault before it does.
+    """
 
     layout_name: str
     antenna_name: str
     reason: str
+    numbers: frozenset[int]
+
+
+ANY_LAYOUT = "any layout"
 
 
 def unbuildable(space: Space, footprint: Polygon) -> tuple[Unbuildable, ...]:
-    """The pairs of layout and antenna of a space that overlap or do not fit under the robot."""
-    rejected = []
-    for layout, antenna in product(space.layouts, space.antennas):
+    """What of a space cannot be built.
+
+    Pairs of layout and antenna that overlap or do not fit under the robot; then pairs of antenna and pattern whose
+    reader would see two tags at once and must not.
+    """
+    rejected, taken = [], set()
+    n_antennas, n_patterns = len(space.antennas), len(space.patterns)
+
+    def reject(layout_name: str, antenna_name: str, error: ValueError, numbers: set[int]) -> None:
+        new = frozenset(numbers - taken)
+        taken.update(new)
+        rejected.append(Unbuildable(layout_name, antenna_name, str(error), new))
+
+    for (i, layout), (j, antenna) in product(enumerate(space.layouts), enumerate(space.antennas)):
         try:
-            check_design(Design(layout, antenna, space.patterns[0]), footprint)
+            check_design(Design(layout, antenna, space.patterns[0], space.reader), footprint)
         except ValueError as error:
-            rejected.append(Unbuildable(layout.name, antenna.name, str(error)))
+            first = (i * n_antennas + j) * n_patterns
+            reject(layout.name, antenna.name, error, set(range(first, first + n_patterns)))
+    for (j, antenna), (k, pattern) in product(enumerate(space.antennas), enumerate(space.patterns)):
+        try:
+            check_tag_spacing(Design(space.layouts[0], antenna, pattern, space.reader))
+        except ValueError as error:
+            numbers = {(i * n_antennas + j) * n_patterns + k for i in range(len(space.layouts))}
+            reject(ANY_LAYOUT, antenna.name, error, numbers)
     return tuple(rejected)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from rfiddesign.models._motion_kernels import step_deviations
+from rfiddesign.models.reads import MOST_ANSWERS
 from rfiddesign.numerics import _lane_kernels as lanes
 from rfiddesign.numerics._compile_kernels import inline_kernel, kernel, leaf_kernel
 from rfiddesign.numerics._lane_kernels import LANES, fma
@@ -166,6 +167,19 @@ def poll_all(
     return n_read, draw
 
 
+@leaf_kernel
+def _those_in_view(antenna, rows, n, box, table, tag_x, tag_y, tag_id, installation):
+    """Keep of the first n rows those of tags in view of an antenna, as `antenna_at` has it; returns how many."""
+    x, y, s, c = antenna
+    n_kept = 0
+    for i in range(n):
+        u, v = offset_of(rows[i], x, y, s, c, tag_x, tag_y, tag_id, installation)
+        if read_chance(u, v, box, table) > 0.0:
+            rows[n_kept] = rows[i]
+            n_kept += 1
+    return n_kept
+
+
 @inline_kernel
 def cells_about(x, y, reach, grid):
     """First and last column and row of the map's cells within `reach` of a point; first > last: there are none."""
@@ -288,7 +302,8 @@ def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice
     lattice : (6,) origin x, y [mm] and, row by row, the matrix that takes an offset from it to steps of the lattice
         that holds every tag [1/mm]; zeros if there is none.
     out : (read_start (n_steps + 1,), read_antenna, read_row, read_age, read_rssi), the last four with room for
-        (last - first) * n times as many entries as tags may answer; the reads of step t are rows read_start[t] to read_start[t + 1] - 1 of them.
+        (last - first) * n times as many entries as tags may answer; the reads of step t are rows read_start[t] to
+        read_start[t + 1] - 1 of them.
     """
     antennas, phases, slots, period = robot
     read_probability, sigma, read_time, delay, n_answers = world
@@ -307,7 +322,8 @@ def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice
     n_reads = 0
     n_antennas = antennas.shape[0]
     rough, near = _rough_copy(antennas, phases), np.empty(n_antennas + 2 * LANES, np.int32)
-    rows = np.empty(n_answers, np.int32)
+    # Which tags were in view for long enough shows only once all in view are known.
+    rows = np.empty(max(n_answers, MOST_ANSWERS) if read_time > 0.0 else n_answers, np.int32)
     yaws = np.empty((n_antennas, 2))
     for a in range(n_antennas):
         yaws[a, 0], yaws[a, 1] = sin_cos_64(antennas[a, 2])
@@ -325,30 +341,29 @@ def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice
                 phase = phases[a]
                 pose = pose_then(poses, t, phase, delay)
             x, y, s, c = antenna_at(pose, antennas, yaws, a)
-            n_answered = 0
-            if n_answers > 1:
+            if n_answers > 1 or read_time > 0.0:
                 n_answered, draw = poll_all(
                     x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation,
-                    read_probability, rows,
+                    read_probability if n_answers > 1 else 1.0, rows,
                 )  # fmt: skip
             else:
-                row, draw = poll(
+                rows[0], draw = poll(
                     x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation
                 )
-                if row >= 0 and read_probability < 1.0:
+                n_answered = 1 if rows[0] >= 0 else 0
+            if read_time > 0.0:
+                before = antenna_at(pose_then(poses, t, phase, delay + read_time), antennas, yaws, a)
+                n_answered = _those_in_view(before, rows, n_answered, box, table, tag_x, tag_y, tag_id, installation)
+            if n_answers == 1 and n_answered > 0:
+                if n_answered > 1:
+                    rows[0] = rows[int(unit_uniform(random_bits(low, high, _U(draw))) * n_answered)]
+                    n_answered, draw = 1, draw + 1
+                if read_probability < 1.0:
                     if unit_uniform(random_bits(low, high, _U(draw))) >= read_probability:
-                        row = -1
+                        n_answered = 0
                     draw += 1
-                if row >= 0:
-                    rows[0], n_answered = row, 1
             for i in range(n_answered):
                 row = rows[i]
-                if read_time > 0.0:
-                    before = antenna_at(pose_then(poses, t, phase, delay + read_time), antennas, yaws, a)
-                    bx, by, bs, bc = before
-                    u, v = offset_of(row, bx, by, bs, bc, tag_x, tag_y, tag_id, installation)
-                    if read_chance(u, v, box, table) <= 0.0:
-                        continue
                 rssi = -1
                 if radii.shape[0] > 0:
                     u, v = offset_of(row, x, y, s, c, tag_x, tag_y, tag_id, installation)

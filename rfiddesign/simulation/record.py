@@ -62,11 +62,15 @@ def record(design: Design, tags: TagMap, poses: np.ndarray, dt_s: float, world: 
     The odometry noise depends on `key` alone, so that every design meets the same; so does each tag's installation
     error, which makes every run one floor out of all that an installer may leave behind.
     """
-    rig = rig_of(design, world, dt_s)
+    return record_with(rig_of(design, world, dt_s), tags, poses, dt_s, key)
+
+
+def record_with(rig: Rig, tags: TagMap, poses: np.ndarray, dt_s: float, key: np.uint64) -> Recording:
+    """As `record`, for a rig."""
     n_steps = poses.shape[0] - 1
     odometry = np.empty((n_steps, 3))
     kernels.record_odometry(key, poses, rig.wheels, odometry)
-    room = n_steps * len(design.layout.poses_mm) * rig.world[-1]
+    room = n_steps * len(rig.robot[0]) * rig.world[-1]
     read_start = np.empty(n_steps + 1, np.int64)
     read_antenna, read_row, read_rssi = (np.empty(room, np.int32) for _ in range(3))
     read_age = np.empty(room)

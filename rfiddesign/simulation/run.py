@@ -9,14 +9,17 @@ import numpy as np
 
 from rfiddesign.design import Design
 from rfiddesign.estimators import mcl, registry
+from rfiddesign.estimators.acquisition import start_by_two_tags
 from rfiddesign.estimators.start import KnownStart, Start, UnknownStart
-from rfiddesign.estimators.verbs import N_ESTIMATE, Filter, known, workspace
+from rfiddesign.estimators.verbs import N_ESTIMATE, Filter, known, track, workspace
 from rfiddesign.floor import TagMap, random_route
 from rfiddesign.metrics import NO_LIMITS, Requirement, RunMetrics, summarize
 from rfiddesign.models.robot import Robot
 from rfiddesign.numerics._noise_kernels import STREAM_MANNER, STREAM_ROUTE, fill_fine_uniform, run_key, step_key
 from rfiddesign.simulation import _run_kernels as kernels
-from rfiddesign.simulation.record import Rig, installed, rig_of
+from rfiddesign.simulation._recording_kernels import pose_errors
+from rfiddesign.simulation.fixed_route import FixedRoute
+from rfiddesign.simulation.record import Rig, installed, record_with, rig_of
 from rfiddesign.simulation.scenario import Scenario
 from rfiddesign.simulation.trajectory import drive, route_length_mm
 
@@ -26,18 +29,24 @@ STEPS_PER_LOOK = 100
 
 @dataclass(frozen=True)
 class Trace:
-    """One run step by step: truth and estimate (n_steps + 1, 3), and the errors after each step (n_steps,)."""
+    """One run step by step: truth and estimate (n_steps + 1, 3), and the errors after each step (n_steps,).
+
+    `n_before` : steps of the run before these, in which the filter waited for its start.
+    """
 
     dt_s: float
     true_poses: np.ndarray
     poses: np.ndarray
     position_error_mm: np.ndarray
     heading_error_rad: np.ndarray
+    n_before: int = 0
 
 
 def true_poses(scenario: Scenario, seed: int, run: int) -> np.ndarray:
     """Poses (n_steps + 1, 3) of run `run`, the same for every design."""
     key, routes = key_of(seed, run), scenario.routes
+    if isinstance(routes, FixedRoute):
+        return routes.poses(key, scenario.dt_s, scenario.n_steps)
     draws = np.empty(4)
     fill_fine_uniform(np.uint64(step_key(key, STREAM_MANNER, 0)), draws)
     is_aligned = bool(draws[0] < routes.aligned_share)
@@ -56,7 +65,7 @@ def true_poses(scenario: Scenario, seed: int, run: int) -> np.ndarray:
 def start_of(scenario: Scenario, poses: np.ndarray) -> Start:
     """What the filter is told before the first step."""
     if scenario.start == "known":
-        return KnownStart(tuple(poses[0]))
+        return KnownStart(tuple(poses[0] + np.array(scenario.start_offset)))
     return UnknownStart(scenario.floor.navigable_bounds)
 
 
@@ -65,6 +74,7 @@ class PreparedDesign:
     """A design made ready for runs in one scenario."""
 
     rig: Rig
+    robot: Robot
     ready: Filter
 
 
@@ -72,9 +82,9 @@ def prepare(design: Design, scenario: Scenario) -> PreparedDesign:
     """Make a design ready for runs in a scenario."""
     reads = scenario.world.reads
     told = reads if scenario.is_delay_known else replace(reads, delay_s=0.0)
+    robot = Robot.of(design, told)
     return PreparedDesign(
-        rig_of(design, scenario.world, scenario.dt_s),
-        registry.build(scenario.estimator, Robot.of(design, told), scenario.dt_s),
+        rig_of(design, scenario.world, scenario.dt_s), robot, registry.build(scenario.estimator, robot, scenario.dt_s)
     )
 
 
@@ -83,6 +93,8 @@ def trace_run(
     stop_at: Requirement | None = None,
 ) -> Trace:  # fmt: skip
     """Simulate one run and the filter on it; the trace ends early once the run has certainly failed `stop_at`."""
+    if scenario.start == "two_tags":
+        return _trace_from_two_tags(prepared, scenario, tags, poses, key)
     n, ready = scenario.n_steps, prepared.ready
     state = registry.init(ready, start_of(scenario, poses), key)
     estimates, position, heading = np.empty((n + 1, N_ESTIMATE)), np.empty(n + 1), np.empty(n + 1)
@@ -95,6 +107,26 @@ def trace_run(
     )  # fmt: skip
     return Trace(
         scenario.dt_s, poses[: done + 1], estimates[: done + 1, :3], position[1 : done + 1], heading[1 : done + 1]
+    )
+
+
+def _trace_from_two_tags(
+    prepared: PreparedDesign, scenario: Scenario, tags: TagMap, poses: np.ndarray, key: np.uint64
+) -> Trace:
+    """A run whose filter starts at the step that brings a second tag; without one, at the first step, told nothing."""
+    recording = record_with(prepared.rig, tags, poses, scenario.dt_s, key)
+    n, ready = scenario.n_steps, prepared.ready
+    found = start_by_two_tags(recording, prepared.robot)
+    first, start = 0, start_of(scenario, poses)
+    if found is not None and found[0] + 1 < n:
+        first, start = found[0] + 1, found[1]
+    state = replace(registry.init(ready, start, key), step=first)
+    estimates, position, heading = np.empty((n + 1, N_ESTIMATE)), np.empty(n + 1), np.empty(n + 1)
+    estimates[first] = state.moments
+    track(ready, state, recording, n, estimates, tags)
+    pose_errors(poses, estimates, first, n + 1, position, heading)
+    return Trace(
+        scenario.dt_s, poses[first:], estimates[first:, :3], position[first + 1 :], heading[first + 1 :], first
     )
 
 
@@ -123,7 +155,7 @@ def run_in_parts(
 
 def score(trace: Trace, scenario: Scenario) -> RunMetrics:
     """Metrics of a traced run."""
-    n_done = trace.position_error_mm.size
+    n_done = trace.n_before + trace.position_error_mm.size
     return summarize(
         trace.position_error_mm, trace.heading_error_rad, scenario.dt_s, scenario.first_scored_step,
         is_complete=n_done == scenario.n_steps,

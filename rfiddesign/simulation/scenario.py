@@ -8,9 +8,10 @@ from rfiddesign.estimators.registry import Settings
 from rfiddesign.floor import Floor
 from rfiddesign.models.motion import Motion, OdometryFaults, OmnidirectionalMotion
 from rfiddesign.models.reads import ReadModel
+from rfiddesign.simulation.fixed_route import FixedRoute
 from rfiddesign.simulation.trajectory import HEADINGS
 
-STARTS = ("known", "unknown")
+STARTS = ("known", "unknown", "two_tags")
 MAX_STEPS = 200_000
 
 
@@ -75,14 +76,16 @@ class Scenario:
     routes, world : see there.
     estimator : the filter on the robot.
     start : "known": the filter starts at the true pose; "unknown": anywhere in the box around the
-        floor's navigable part, with any heading.
+        floor's navigable part, with any heading; "two_tags": it starts once a second tag was read, with the pose that
+        the two tell (see `estimators.acquisition`), and only from then on errors count.
     duration_s, dt_s : length of a run and of a filter step [s].
     settle_s : errors count from here on [s].
     is_delay_known : whether the filter is told by how much reads are late.
+    start_offset : (x [mm], y [mm], heading [rad]) by which a known start is wrong.
     """
 
     floor: Floor
-    routes: Routes = field(default_factory=Routes)
+    routes: Routes | FixedRoute = field(default_factory=Routes)
     world: World = field(default_factory=World)
     estimator: Settings = field(default_factory=Mcl)
     start: str = "known"
@@ -90,6 +93,7 @@ class Scenario:
     dt_s: float = 0.05
     settle_s: float = 0.0
     is_delay_known: bool = False
+    start_offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
         if self.start not in STARTS:
@@ -101,6 +105,8 @@ class Scenario:
                 motion_noise(motion, self.dt_s)
             except ValueError as error:
                 raise ValueError(f"{whose}: {error}") from None
+        for name, offset in zip(("x", "y", "heading"), self.start_offset, strict=True):
+            require.within(f"start_offset, {name}", offset, low=-1e5, high=1e5)
         require.within("settle_s", self.settle_s, low=0.0, high=self.duration_s - self.dt_s)
 
     @property

@@ -1,19 +1,36 @@
 """What an answer rests on, in rows that a report can print."""
 
 from rfiddesign.catalog import antennas
+from rfiddesign.models.motion import DifferentialMotion, OmnidirectionalMotion
 from rfiddesign.results.study_result import Assumption
-from rfiddesign.study.config import MclSection, NoiseSection
+from rfiddesign.study.config import MclSection, OdometrySection, Section, StudyFile
+from rfiddesign.study.estimators import motion_of
 from rfiddesign.study.load import Study
 
 STUDY_FILE = "study file"
 PAPER = "hf_multireader_mcl"
+NAVIFLOOR = "rssi_kalman_navifloor"
 DEFAULT_SHAPE = (MclSection().sigma_per_radius, MclSection().beta)
+# What each estimator is, and where it comes from.
+ESTIMATOR_WORDS = {
+    "mcl": ("Monte-Carlo localization", f"{PAPER}, Algorithm 1"),
+    "particle_filter": ("particle filter with the detection field as likelihood", f"{NAVIFLOOR}, section IV-C"),
+    "quantized_ekf": ("quantized extended Kalman filter", f"{NAVIFLOOR}, eqs. 5-7"),
+    "constrained_ekf": ("constrained extended Kalman filter", f"{NAVIFLOOR}, eq. 12"),
+    "markov": ("Markov localization on a grid with Kalman heading", "markov_kalman_smart_floor, eqs. 5-11"),
+    "rigid_fit": ("rigid fit of antennas to the tags read", f"{PAPER}, table 1 (kinematics)"),
+    "trigonometric": ("place of the tag read, heading between tags", f"{PAPER}, table 1 (trigonometric functions)"),
+    "motion_continuity": ("line through successive centres of tags", f"{PAPER}, table 1 (motion continuity)"),
+    "weighted_centre": ("weighted centre of tags in view", f"{PAPER}, table 1 (sparse patterns)"),
+    "odometry": ("odometry alone", "dead reckoning"),
+    "histogram": ("histogram filter, the exact reference", "exact Bayes filter on a grid"),
+}
 
 
 def assumptions(study: Study) -> list[Assumption]:
     """Everything that was assumed of world, estimator and hardware, with its source."""
     file = study.file
-    scenario, world, filter_ = file.scenario, file.world, file.mcl
+    scenario, world, filter_ = file.scenario, file.world, file.chosen
     believed = filter_.odometry or world.odometry
     rows = [
         ("fleet sizes", ", ".join(str(n) for n in file.fleet.robots), STUDY_FILE),
@@ -26,12 +43,12 @@ def assumptions(study: Study) -> list[Assumption]:
         ("age of reads", "compensated" if filter_.is_age_compensated else "ignored", STUDY_FILE),
         (
             "odometry noise (true)",
-            f"{world.odometry.noise_mm_per_s:g} mm/s and {world.odometry.noise_rad_per_s:g} rad/s per step",
-            f"{PAPER}, eq. 1; size: {_source(world.odometry, NoiseSection())}",
+            _odometry(world.odometry),
+            f"{PAPER}, eq. 1; size: {_source(_odometry(world.odometry), _odometry(OdometrySection()))}",
         ),
         (
             "odometry noise (believed)",
-            f"{believed.noise_mm_per_s:g} mm/s and {believed.noise_rad_per_s:g} rad/s per step",
+            _odometry(believed),
             STUDY_FILE,
         ),
         ("chance that a poll with a tag in view reads", f"{world.read_probability:g}", STUDY_FILE),
@@ -41,23 +58,59 @@ def assumptions(study: Study) -> list[Assumption]:
             f"{world.installation_error_mm:g} mm, drawn anew in every drive: the promise is over all such floors",
             STUDY_FILE,
         ),
-        (
-            "estimator",
-            f"Monte-Carlo localization, {filter_.n_particles} particles, reinitialization "
-            f"{'on' if filter_.reinitialize else 'off'} (alpha {filter_.alpha:g})",
-            f"{PAPER}, Algorithm 1",
-        ),
-        (
-            "likelihood",
-            f"{filter_.likelihood}, sigma {filter_.sigma_per_radius:g} x radius, beta {filter_.beta:g}",
-            f"{PAPER}, eq. 6; sigma and beta: {_source((filter_.sigma_per_radius, filter_.beta), DEFAULT_SHAPE)}",
-        ),
+        *_estimator(file),
         ("footprint of a robot", f"disc of {file.robot.footprint_radius_mm:g} mm radius", STUDY_FILE),
     ]
     known = antennas()
     for name in file.space.antenna:
         rows.append((f"antenna {name}", f"sees {known[name].area.area_mm2:,.0f} mm2 of floor", known[name].source))
     return [Assumption(what=what, value=value, source=source) for what, value, source in rows]
+
+
+def _estimator(file: StudyFile) -> list[tuple[str, str, str]]:
+    """Rows on the estimator and its settings."""
+    words, source = ESTIMATOR_WORDS[file.estimator]
+    if file.estimator != "mcl":
+        given = _settings(file.chosen)
+        return [("estimator", words, source), ("settings of the estimator", given or "defaults", STUDY_FILE)]
+    filter_ = file.mcl
+    return [
+        (
+            "estimator",
+            f"{words}, {filter_.n_particles} particles, reinitialization "
+            f"{'on' if filter_.reinitialize else 'off'} (alpha {filter_.alpha:g})",
+            source,
+        ),
+        (
+            "likelihood",
+            f"{filter_.likelihood}, sigma {filter_.sigma_per_radius:g} x radius, beta {filter_.beta:g}",
+            f"{PAPER}, eq. 6; sigma and beta: {_source((filter_.sigma_per_radius, filter_.beta), DEFAULT_SHAPE)}",
+        ),
+    ]
+
+
+def _settings(section: Section) -> str:
+    """Settings of an estimator in a line; what is left to be worked out from the rest of the study is not shown."""
+    values = section.model_dump(exclude={"odometry", "is_age_compensated"})
+    return ", ".join(f"{key} {_word(value)}" for key, value in values.items() if value is not None)
+
+
+def _word(value: object) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _odometry(section: OdometrySection) -> str:
+    """The noise of an odometry in words, defaults included."""
+    motion = motion_of(section)
+    if isinstance(motion, OmnidirectionalMotion):
+        return f"{motion.noise_x_mm_per_s:g} mm/s and {motion.noise_heading_rad_per_s:g} rad/s per step"
+    if isinstance(motion, DifferentialMotion):
+        return f"{motion.wheel_noise_mm_per_sqrt_m:g} mm per sqrt(m) of each wheel, track {motion.track_mm:g} mm"
+    return (
+        f"{motion.noise_x_mm_per_sqrt_m:g} mm ahead, {motion.noise_y_mm_per_sqrt_m:g} mm sideways and"
+        f" {motion.noise_heading_rad_per_sqrt_m:g} rad per sqrt(m), {motion.noise_heading_rad_per_sqrt_rad:g} rad per"
+        " sqrt(rad)"
+    )
 
 
 def _source(value: object, calibrated: object) -> str:

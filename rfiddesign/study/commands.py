@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rfiddesign.cost import Site
-from rfiddesign.design import Design, check_design
+from rfiddesign.design import Design, check_design, check_tag_spacing
 from rfiddesign.errors import StudyError
 from rfiddesign.evaluate import evaluate
 from rfiddesign.optimize import unbuildable
@@ -22,7 +22,7 @@ def check_study(study: Study) -> dict[str, Any]:
     for pattern in space.patterns:
         check_tag_count(study, pattern, floor, "space.tags_per_m2")
     misfits = unbuildable(space, study.footprint)
-    n_unbuildable = len(misfits) * len(space.patterns)
+    n_unbuildable = sum(len(misfit.numbers) for misfit in misfits)
     if n_unbuildable == space.size:
         raise StudyError(f"no design can be built: {misfits[0].reason}", file=study.path, key="space")
     scenario_of(study, floor)
@@ -120,6 +120,7 @@ def _buildable_design(study: Study) -> Design:
     design = design_of(study)
     try:
         check_design(design, study.footprint)
+        check_tag_spacing(design)
     except ValueError as error:
         raise StudyError(str(error), file=study.path, key="design") from None
     return design

@@ -9,21 +9,18 @@ from typing import Any
 import shapely
 from shapely.geometry import Polygon
 
-from rfiddesign.catalog import antenna, antennas
+from rfiddesign.catalog import Reader, antenna, antennas, reader
 from rfiddesign.cost import Price, PriceList
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
-from rfiddesign.estimators.mcl import Mcl
 from rfiddesign.floor import Floor, MapThresholds, floor_from_map, read_ros_map, rectangle_floor
 from rfiddesign.geometry import LAYOUTS, ReaderLayout, TagPattern, make_layout, make_pattern
 from rfiddesign.metrics import Requirement
-from rfiddesign.models.likelihood import DistanceLikelihood
-from rfiddesign.models.motion import OmnidirectionalMotion
-from rfiddesign.models.reads import ReadModel
 from rfiddesign.optimize import Space
 from rfiddesign.simulation.run import true_poses
-from rfiddesign.simulation.scenario import Routes, Scenario, World
-from rfiddesign.study.config import FloorSection, NoiseSection, PriceEntry, PriceFile, RequirementSection, StudyFile
+from rfiddesign.simulation.scenario import Routes, Scenario
+from rfiddesign.study.config import FloorSection, PriceEntry, PriceFile, RequirementSection, StudyFile
+from rfiddesign.study.estimators import estimator_of, world_of
 from rfiddesign.study.overrides import apply_overrides
 from rfiddesign.study.toml_file import read_toml, validate
 
@@ -102,7 +99,13 @@ def design_of(study: Study) -> Design:
         layout_of(study, section.layout, "design.layout"),
         _checked(study.path, "design.antenna", lambda: antenna(section.antenna)),
         _pattern(study, "design.pattern", section.pattern, tags_per_m2=density, pitch_mm=section.pitch_mm),
+        reader_of(study),
     )
+
+
+def reader_of(study: Study) -> Reader:
+    """The readers on the robots."""
+    return _checked(study.path, "robot.reader", lambda: reader(study.file.robot.reader))
 
 
 def space_of(study: Study) -> Space:
@@ -120,7 +123,9 @@ def space_of(study: Study) -> Space:
         for density in section.tags_per_m2
     )
     return _checked(
-        study.path, "space", lambda: Space(layouts, tuple(known[name] for name in section.antenna), patterns)
+        study.path,
+        "space",
+        lambda: Space(layouts, tuple(known[name] for name in section.antenna), patterns, reader_of(study)),
     )
 
 
@@ -143,7 +148,7 @@ def map_thresholds(section: FloorSection) -> MapThresholds:
 def scenario_of(study: Study, floor: Floor) -> Scenario:
     """How the study exercises its designs on a floor."""
     file = study.file
-    section, world = file.scenario, file.world
+    section = file.scenario
     settle_s = section.settle_s
     if settle_s is None:
         is_unknown = section.start == "unknown"
@@ -156,10 +161,8 @@ def scenario_of(study: Study, floor: Floor) -> Scenario:
             tuple(section.headings),
             math.radians(section.turn_rate_deg_per_s),
         ),
-        world=World(
-            _motion(world.odometry), ReadModel(world.read_probability, world.polling), world.installation_error_mm
-        ),
-        estimator=estimator_of(file),
+        world=world_of(file.world),
+        estimator=estimator_of(file, file.world),
         start=section.start,
         duration_s=section.duration_s,
         dt_s=section.dt_s,
@@ -169,19 +172,6 @@ def scenario_of(study: Study, floor: Floor) -> Scenario:
     # A floor too small for a route of that length is found here, before anything is written.
     _checked(study.path, "floor", lambda: true_poses(scenario, file.seed, 0))
     return scenario
-
-
-def estimator_of(file: StudyFile) -> Mcl:
-    """The filter on the robot."""
-    section = file.mcl
-    return Mcl(
-        likelihood=DistanceLikelihood(section.likelihood, section.sigma_per_radius, section.beta),
-        motion=_motion(section.odometry or file.world.odometry),
-        n_particles=section.n_particles,
-        reinitialize=section.reinitialize,
-        alpha=section.alpha,
-        is_age_compensated=section.is_age_compensated,
-    )
 
 
 def check_tag_count(study: Study, pattern: TagPattern, floor: Floor, key: str) -> None:
@@ -199,6 +189,7 @@ def check_tag_count(study: Study, pattern: TagPattern, floor: Floor, key: str) -
 def _check_names(study: Study) -> None:
     """Raise StudyError for layouts and antennas that are nowhere to be found, and for antennas without a price."""
     file = study.file
+    reader_of(study)
     for name in file.layouts:
         _own_layout(study, name)
     for section, layouts, names in (
@@ -236,10 +227,6 @@ def _requirement(section: RequirementSection) -> Requirement:
             continue
         limits.append((key.replace("_deg", "_rad"), math.radians(value)) if key.endswith("_deg") else (key, value))
     return Requirement(tuple(limits), section.converged_within_s)
-
-
-def _motion(section: NoiseSection) -> OmnidirectionalMotion:
-    return OmnidirectionalMotion(section.noise_mm_per_s, section.noise_mm_per_s, section.noise_rad_per_s)
 
 
 def _pattern(study: Study, key: str, kind: str, **density: float | None) -> TagPattern:

@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from rfiddesign.errors import StudyError
-from rfiddesign.study.config import DesignSection, StudyFile
+from rfiddesign.study.config import SECTIONS, DesignSection, StudyFile
 from rfiddesign.study.toml_file import record_in
 
 SOURCE = "--set"
@@ -15,13 +15,17 @@ _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "
 _EXCLUSIVE = {"design.tags_per_m2": "pitch_mm", "design.pitch_mm": "tags_per_m2"}
 
 
-def settable_keys() -> dict[str, str]:
-    """Short name of every settable key to its dotted path; a path is a name of itself."""
+def settable_keys(section: str = "mcl") -> dict[str, str]:
+    """Short name of every settable key to its dotted path; a path is a name of itself.
+
+    A name that several estimators have means that of the estimator set by `section`.
+    """
     paths = list(_paths(StudyFile, ()))
     names: dict[str, list[str]] = {}
     for path in paths:
         names.setdefault(path.rsplit(".", 1)[-1], []).append(path)
     short = {name: found[0] for name, found in names.items() if len(found) == 1}
+    short |= {name: f"{section}.{name}" for name, found in names.items() if f"{section}.{name}" in found}
     # A variable of the space means the design at hand.
     short |= {name: f"design.{name}" for name in DesignSection.model_fields}
     return short | {path: path for path in paths}
@@ -29,8 +33,10 @@ def settable_keys() -> dict[str, str]:
 
 def apply_overrides(data: dict[str, Any], settings: tuple[str, ...]) -> dict[str, Any]:
     """A copy of a study file's data with each KEY=VALUE set; StudyError for an unknown key."""
-    keys = settable_keys()
     result = _copy(data)
+    chosen = [parse_value(text.partition("=")[2].strip()) for text in settings if text.startswith("estimator=")]
+    estimator = (chosen or [data.get("estimator")])[-1]
+    keys = settable_keys(SECTIONS.get(estimator if isinstance(estimator, str) else None, "mcl"))
     for setting in settings:
         name, equals, text = setting.partition("=")
         if not equals:

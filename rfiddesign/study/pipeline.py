@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rfiddesign import __version__
-from rfiddesign.catalog import antennas
+from rfiddesign.catalog import antennas, readers
 from rfiddesign.cost import Cost, Site, cost
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
@@ -48,7 +48,7 @@ class Candidates:
     Parameters
     ----------
     space : the space; a design's number is its place in `space.designs()`.
-    unbuildable : pairs of layout and antenna that cannot be built.
+    unbuildable : what cannot be built.
     screens : screens with what they removed.
     numbers : numbers of the designs to be tested.
     designs : those designs by number.
@@ -65,7 +65,7 @@ class Candidates:
     @property
     def n_unbuildable(self) -> int:
         """Combinations that cannot be built."""
-        return len(self.unbuildable) * len(self.space.patterns)
+        return sum(len(fault.numbers) for fault in self.unbuildable)
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ OnStage = Callable[[Stage], None]
 def study_hash(study: Study) -> str:
     """Hash of everything that the answer depends on: study, prices, catalog, map and version of the program."""
     digest = hashlib.sha256()
-    parts = [__version__, str(RUNS_FORMAT), repr(antennas()), study.file.model_dump_json(), repr(study.prices)]
+    parts = [__version__, str(RUNS_FORMAT), repr(antennas()), repr(readers()), study.file.model_dump_json(), repr(study.prices)]
     for part in parts:
         digest.update(part.encode())
         digest.update(b"\0")
@@ -133,9 +133,9 @@ def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: 
     for pattern in space.patterns:
         check_tag_count(study, pattern, floor, "space.tags_per_m2")
     misfits = unbuildable(space, study.footprint)
-    pairs = {(misfit.layout_name, misfit.antenna_name) for misfit in misfits}
+    ruled_out = frozenset().union(*(misfit.numbers for misfit in misfits))
     designs = space.designs()
-    built = [i for i, d in enumerate(designs) if (d.layout.name, d.antenna.name) not in pairs]
+    built = [i for i in range(len(designs)) if i not in ruled_out]
     if not built:
         raise StudyError(f"no design can be built: {misfits[0].reason}", file=study.path, key="space")
     on_stage(Stage(f"screening {len(built):,} designs by what their antennas see"))

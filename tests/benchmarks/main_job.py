@@ -91,10 +91,10 @@ def filter_share_of_runs(out: Path) -> float:
             trace = runs.trace_run(prepared, scenario, tags, poses, key, stop_at)
             whole += time.thread_time() - begin
             recording = record(design, tags, poses, scenario.dt_s, scenario.world, key)
-            state = mcl.init(prepared.model, runs.start_of(scenario, poses), key)
+            state = mcl.init(prepared.ready, runs.start_of(scenario, poses), key)
             estimates = np.empty((scenario.n_steps + 1, mcl.N_ESTIMATE))
             begin = time.thread_time()
-            mcl.track(prepared.model, state, recording, trace.position_error_mm.size, estimates)
+            mcl.track(prepared.ready, state, recording, trace.position_error_mm.size, estimates)
             alone += time.thread_time() - begin
     return alone / whole
 

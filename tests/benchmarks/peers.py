@@ -15,7 +15,7 @@ N_PEER_STEPS = 200
 def numpy_float32(scene, twin_class=NumpyMcl):
     """Estimates of the numpy filter over the first steps of the recording."""
     estimates = np.empty((N_PEER_STEPS + 1, mcl.N_ESTIMATE))
-    twin = twin_class(scene.model, scene.poses[0], np.random.Generator(np.random.SFC64(3)), np.float32)
+    twin = twin_class(scene.ready, scene.poses[0], np.random.Generator(np.random.SFC64(3)), np.float32)
     track(twin, scene.recording, 0, N_PEER_STEPS, estimates)
     return estimates
 
@@ -24,11 +24,13 @@ class _Formulas:
     """Motion and log weight of poses (n, 3), as whoever writes a model for a package would put them."""
 
     def __init__(self, scene):
-        self.recording, self.model = scene.recording, scene.model
+        self.recording = scene.recording
+        _, self.positions_mm, self.whitening, noise, rules, *_ = scene.ready.model
+        self.deviations, self.inner, self.tail = np.sqrt(noise[:, 0]), rules[0], rules[1]
         self.rng = np.random.Generator(np.random.SFC64(3))
 
     def moved(self, step, x):
-        d = self.recording.odometry[step] + self.model.deviations * self.rng.standard_normal(x.shape)
+        d = self.recording.odometry[step] + self.deviations * self.rng.standard_normal(x.shape)
         cosine, sine = np.cos(x[:, 2]), np.sin(x[:, 2])
         moved = np.empty_like(x)
         moved[:, 0] = x[:, 0] + cosine * d[:, 0] - sine * d[:, 1]
@@ -37,15 +39,14 @@ class _Formulas:
         return moved
 
     def log_weights(self, step, x):
-        recording, model = self.recording, self.model
-        inner, tail = model.rules[:2]
+        recording, inner, tail = self.recording, self.inner, self.tail
         log_weights = np.zeros(len(x))
         cosine, sine = np.cos(x[:, 2]), np.sin(x[:, 2])
         for row in range(recording.read_start[step], recording.read_start[step + 1]):
             a, (tag_x, tag_y) = recording.read_antenna[row], recording.read_tag_mm[row]
             dx, dy = tag_x - x[:, 0], tag_y - x[:, 1]
-            z = np.stack([cosine * dx + sine * dy, cosine * dy - sine * dx]) - model.positions_mm[a][:, None]
-            squared = ((model.whitening[a] @ z) ** 2).sum(axis=0)
+            z = np.stack([cosine * dx + sine * dy, cosine * dy - sine * dx]) - self.positions_mm[a][:, None]
+            squared = ((self.whitening[a] @ z) ** 2).sum(axis=0)
             log_weights += np.where(squared < inner * inner, 0.0, tail - 0.5 * squared)
         return log_weights
 

@@ -8,9 +8,11 @@ from rfiddesign.catalog import antenna
 from rfiddesign.design import Design
 from rfiddesign.estimators import mcl
 from rfiddesign.estimators.start import KnownStart
+from rfiddesign.estimators.verbs import Filter
 from rfiddesign.floor import build_tag_map, rectangle_floor
 from rfiddesign.geometry import make_layout, make_pattern
 from rfiddesign.models.recording import Recording
+from rfiddesign.models.robot import Robot
 from rfiddesign.simulation import Scenario
 from rfiddesign.simulation.record import record
 from rfiddesign.simulation.run import key_of, true_poses
@@ -26,12 +28,12 @@ class Scene:
     scenario: Scenario
     poses: np.ndarray
     recording: Recording
-    model: mcl.MclModel
+    ready: Filter
     run: int
 
     @property
     def n_particles(self) -> int:
-        return self.model.settings.n_particles
+        return self.ready.settings.n_particles
 
     @property
     def reads_per_step(self) -> float:
@@ -41,7 +43,7 @@ class Scene:
         """Our filter over the whole recording."""
         n, key = self.recording.n_steps, key_of(1, self.run)
         estimates = np.empty((n + 1, mcl.N_ESTIMATE))
-        mcl.track(self.model, mcl.init(self.model, KnownStart(tuple(self.poses[0])), key), self.recording, n, estimates)
+        mcl.track(self.ready, mcl.init(self.ready, KnownStart(tuple(self.poses[0])), key), self.recording, n, estimates)
         return estimates
 
 
@@ -52,5 +54,5 @@ def make_scene(layout="cross-8", antenna_name="60x60", tags_per_m2=115.0, n_part
     design = Design(make_layout(layout), antenna(antenna_name), make_pattern("square", tags_per_m2=tags_per_m2))
     tags, poses = build_tag_map(design.pattern.lay(FLOOR.drivable)), true_poses(scenario, 1, run)
     recording = record(design, tags, poses, scenario.dt_s, scenario.world, key_of(1, run))
-    model = mcl.build(settings, design.layout, design.antenna.area, scenario.dt_s)
-    return Scene(design, scenario, poses, recording, model, run)
+    ready = mcl.build(settings, Robot.of(design, scenario.world.reads), scenario.dt_s)
+    return Scene(design, scenario, poses, recording, ready, run)

@@ -56,7 +56,7 @@ def test_growth_with_particles_and_readers(benchmark, board):
         for scene in points.values():
             assert np.isfinite(scene.track()[1:]).all()
         best = race({x: scene.track for x, scene in points.items()}, 5)
-        return [(x, best[x] / s.recording.n_steps / s.model.settings.n_particles * 1e9) for x, s in points.items()]
+        return [(x, best[x] / s.recording.n_steps / s.ready.settings.n_particles * 1e9) for x, s in points.items()]
 
     by_particles = {
         n: make_scene(n_particles=n, duration_s=10.0) for n in (100, 316, 1000, 3162, 10_000, 31_623, 100_000)

@@ -49,8 +49,9 @@ def cloud_of(x, y, heading, log=0.0, weight=0.0):
     return cloud
 
 
-def reads_of(tags, antennas, whitenings):
-    """(n, 8) float32 reads: tag on the map, antenna on the robot, whitening by rows; one whitening may be of all."""
+def reads_of(tags, antennas, whitenings, table=0):
+    """(n, N_READ) float32 rows of evidence, see `_evidence_kernels`; one whitening may be of all, and one table."""
     tags, antennas = np.reshape(tags, (-1, 2)), np.reshape(antennas, (-1, 2))
     rows = np.broadcast_to(np.reshape(whitenings, (-1, 4)), (len(tags), 4))
-    return np.hstack([tags, antennas, rows]).astype(np.float32)
+    numbers = np.broadcast_to(np.reshape(table, (-1, 1)), (len(tags), 1))
+    return np.hstack([tags, antennas, rows, numbers]).astype(np.float32)

@@ -6,7 +6,7 @@ library's functions, in any precision: in float64 the reference of the tests, in
 
 import numpy as np
 
-from rfiddesign.estimators.mcl import MclModel
+from rfiddesign.estimators.verbs import Filter
 from rfiddesign.models.recording import Recording
 
 
@@ -15,19 +15,19 @@ class NumpyMcl:
 
     Parameters
     ----------
-    model : the filter's settings for the robot.
+    ready : the filter made ready for the robot, its noise the same in every step.
     start : (3,) known pose [mm, mm, rad].
     rng : source of all randomness.
     dtype : np.float64 or np.float32.
     """
 
-    def __init__(self, model: MclModel, start: np.ndarray, rng: np.random.Generator, dtype: type = np.float64):
-        m = model.settings.n_particles
-        self.model, self.rng, self.dtype = model, rng, dtype
+    def __init__(self, ready: Filter, start: np.ndarray, rng: np.random.Generator, dtype: type = np.float64):
+        m, self.positions_mm, self.whitening, noise, self.rules, *_ = ready.model
+        self.rng, self.dtype = rng, dtype
         self.x, self.y, self.heading = (np.full(m, value, dtype) for value in start)
         self.noise, self.room = np.empty((3, m), dtype), np.empty((4, m), dtype)
         self.ranks = np.arange(m, dtype=dtype)
-        self.deviations = model.deviations.astype(dtype)[:, None]
+        self.deviations = np.sqrt(noise[:, 0]).astype(dtype)[:, None]
 
     def predict(self, increment: np.ndarray) -> None:
         """Line 3."""
@@ -56,10 +56,10 @@ class NumpyMcl:
 
     def _log_weights(self, antenna: np.ndarray, tags: np.ndarray, cosine: np.ndarray, sine: np.ndarray) -> np.ndarray:
         log_weights = np.zeros(self.x.size, self.dtype)
-        inner, tail = self.model.rules[:2].astype(self.dtype)
+        inner, tail = self.rules[:2].astype(self.dtype)
         for a, (tag_x, tag_y) in zip(antenna, tags.astype(self.dtype), strict=True):
-            at_x, at_y = self.model.positions_mm[a].astype(self.dtype)
-            whitening = self.model.whitening[a].astype(self.dtype)
+            at_x, at_y = self.positions_mm[a].astype(self.dtype)
+            whitening = self.whitening[a].astype(self.dtype)
             dx, dy = tag_x - self.x, tag_y - self.y
             u = cosine * dx + sine * dy - at_x
             v = cosine * dy - sine * dx - at_y
@@ -87,11 +87,11 @@ class NumpyMcl:
         marks = (self.ranks + self.dtype(self.rng.random())) * (total / m)
         drawn = np.minimum(np.searchsorted(np.cumsum(weights), marks, side="right"), m - 1)
         self.x, self.y, self.heading = self.x[drawn], self.y[drawn], self.heading[drawn]
-        lost = np.flatnonzero(log_weights[drawn] < self.model.rules[2])
+        lost = np.flatnonzero(log_weights[drawn] < self.rules[2])
         if lost.size:
             read = lost % len(antenna)
             heading = self.rng.uniform(-np.pi, np.pi, lost.size).astype(self.dtype)
-            at, tag = self.model.positions_mm[antenna[read]], tags[read]
+            at, tag = self.positions_mm[antenna[read]], tags[read]
             self.heading[lost] = heading
             self.x[lost] = tag[:, 0] - (np.cos(heading) * at[:, 0] - np.sin(heading) * at[:, 1])
             self.y[lost] = tag[:, 1] - (np.sin(heading) * at[:, 0] + np.cos(heading) * at[:, 1])

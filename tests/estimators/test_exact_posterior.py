@@ -15,10 +15,12 @@ from rfiddesign.estimators.start import KnownStart, UnknownStart
 from rfiddesign.geometry import Disc, compose, listed
 from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import OmnidirectionalMotion
+from rfiddesign.models.recording import Reads
+from rfiddesign.models.robot import Robot
 from rfiddesign.numerics._noise_kernels import run_key
 
 LAYOUT = listed([(150.0, 0.0, 0.0), (0.0, -200.0, 0.0)])
-AREA, DT = Disc(30.0), 1.0
+ROBOT, DT = Robot(LAYOUT, Disc(30.0)), 1.0
 STEP_NOISE_MM = 20.0
 HEADING = 0.5
 INCREMENTS = np.array([[40.0, 10.0, 0.0], [35.0, -20.0, 0.0], [50.0, 0.0, 0.0], [20.0, 30.0, 0.0]])
@@ -55,14 +57,14 @@ def mcl_means(likelihood, n_particles, n_repetitions):
     """Estimates (n_repetitions, n_steps, 2) relative to where odometry puts the robot."""
     problem = the_problem()
     motion = OmnidirectionalMotion(STEP_NOISE_MM, STEP_NOISE_MM, 0.0)
-    model = mcl.build(mcl.Mcl(likelihood, motion, n_particles, reinitialize=False), LAYOUT, AREA, DT)
+    ready = mcl.build(mcl.Mcl(likelihood, motion, n_particles, reinitialize=False), ROBOT, DT)
     out = np.empty((n_repetitions, len(INCREMENTS), 2))
     for repetition in range(n_repetitions):
         key = np.uint64(run_key(np.uint64(77), np.uint64(repetition)))
-        state = mcl.init(model, KnownStart((1000.0, 500.0, HEADING)), key)
+        state = mcl.init(ready, KnownStart((1000.0, 500.0, HEADING)), key)
         for t, increment in enumerate(INCREMENTS):
-            state = mcl.predict(model, state, increment)
-            state = mcl.update(model, state, ANTENNAS[t], problem.tags[t])
+            state = mcl.predict(ready, state, increment)
+            state = mcl.update(ready, state, Reads(ANTENNAS[t], problem.tags[t]))
             out[repetition, t] = mcl.estimate(state).pose[:2] - problem.centres[t + 1]
     return out
 
@@ -169,14 +171,14 @@ def test_from_an_unknown_pose_the_posterior_over_three_dimensions_is_met():
 
     n = 25
     settings = mcl.Mcl(likelihood, OmnidirectionalMotion(0.0, 0.0, 0.0), 100_000, reinitialize=False)
-    model = mcl.build(settings, LAYOUT, AREA, DT)
+    ready = mcl.build(settings, ROBOT, DT)
     estimates = np.empty((n, 3))
     for repetition in range(n):
         key = np.uint64(run_key(np.uint64(78), np.uint64(repetition)))
-        state = mcl.init(model, UnknownStart((-100.0, -100.0, 100.0, 100.0)), key)
+        state = mcl.init(ready, UnknownStart((-100.0, -100.0, 100.0, 100.0)), key)
         for increment, antenna, tag in zip(increments, antennas, tags, strict=True):
-            state = mcl.predict(model, state, increment)
-            state = mcl.update(model, state, np.array([antenna]), tag[None])
+            state = mcl.predict(ready, state, increment)
+            state = mcl.update(ready, state, Reads(np.array([antenna]), tag[None]))
         estimates[repetition] = mcl.estimate(state).pose
     turn = np.angle(np.exp(1j * (estimates[:, 2] - exact[2])))
     errors = np.column_stack([estimates[:, :2] - exact[:2], turn])

@@ -10,6 +10,7 @@ from rfiddesign.estimators.start import KnownStart
 from rfiddesign.floor import build_tag_map, rectangle_floor
 from rfiddesign.geometry import make_layout, make_pattern
 from rfiddesign.models.likelihood import DistanceLikelihood
+from rfiddesign.models.robot import Robot
 from rfiddesign.simulation import Scenario
 from rfiddesign.simulation.record import record
 from rfiddesign.simulation.run import key_of, true_poses
@@ -25,15 +26,15 @@ def both(kind, tags_per_m2, n_runs, duration_s, n_particles=500):
     scenario = Scenario(FLOOR, estimator=settings, duration_s=duration_s)
     design = Design(make_layout("cross-8"), antenna("60x60"), make_pattern("square", tags_per_m2=tags_per_m2))
     tags = build_tag_map(design.pattern.lay(FLOOR.drivable))
-    model = mcl.build(settings, design.layout, design.antenna.area, scenario.dt_s)
+    ready = mcl.build(settings, Robot.of(design, scenario.world.reads), scenario.dt_s)
     n, errors = scenario.n_steps, np.empty((n_runs, 2, 2))
     estimates = np.empty((2, n + 1, mcl.N_ESTIMATE))
     for run in range(n_runs):
         poses, key = true_poses(scenario, 21, run), key_of(21, run)
         recording = record(design, tags, poses, scenario.dt_s, scenario.world, key)
-        mcl.track(model, mcl.init(model, KnownStart(tuple(poses[0])), key), recording, n, estimates[0])
+        mcl.track(ready, mcl.init(ready, KnownStart(tuple(poses[0])), key), recording, n, estimates[0])
         rng = np.random.Generator(np.random.PCG64([7, run]))
-        track(NumpyMcl(model, poses[0], rng), recording, 0, n, estimates[1])
+        track(NumpyMcl(ready, poses[0], rng), recording, 0, n, estimates[1])
         offset = estimates[:, 1:, :3] - poses[1:]
         errors[run, :, 0] = np.hypot(offset[..., 0], offset[..., 1]).mean(axis=1)
         errors[run, :, 1] = np.abs(np.angle(np.exp(1j * offset[..., 2]))).mean(axis=1)

@@ -11,13 +11,14 @@ from rfiddesign.estimators.start import KnownStart, UnknownStart
 from rfiddesign.geometry import Disc, PolygonArea, Rectangle, compose, cross, listed, to_local
 from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import OmnidirectionalMotion
-from rfiddesign.models.recording import Recording
-from rfiddesign.numerics._math_kernels import RADIANS_PER_BINARY_UNIT
+from rfiddesign.models.recording import Reads, Recording
+from rfiddesign.models.robot import Robot
 from rfiddesign.numerics._noise_kernels import run_key
 
 KEY = np.uint64(run_key(np.uint64(1), np.uint64(2)))
 BOX = UnknownStart((-1000.0, -500.0, 2000.0, 1500.0))
-LAYOUT, AREA, DT = cross(), Disc(30.0), 0.05
+LAYOUT, DT = cross(), 0.05
+ROBOT = Robot(LAYOUT, Disc(30.0))
 
 
 def a_recording(n_steps=120, seed=4, pitch=100.0, age=0.0):
@@ -47,22 +48,22 @@ def a_recording(n_steps=120, seed=4, pitch=100.0, age=0.0):
     )
 
 
-def stepped(model, state, recording):
+def stepped(ready, state, recording):
     """The filter by its single verbs; the estimate after each step (n_steps + 1, N_ESTIMATE)."""
     poses = [state.moments]
     for t in range(recording.n_steps):
         rows = slice(recording.read_start[t], recording.read_start[t + 1])
-        state = mcl.predict(model, state, recording.odometry[t])
-        state = mcl.update(model, state, recording.read_antenna[rows], recording.read_tag_mm[rows])
+        state = mcl.predict(ready, state, recording.odometry[t])
+        state = mcl.update(ready, state, Reads(recording.read_antenna[rows], recording.read_tag_mm[rows]))
         poses.append(state.moments)
     return state, np.array(poses)
 
 
-def tracked(model, state, recording, stops):
+def tracked(ready, state, recording, stops):
     poses = np.empty((recording.n_steps + 1, mcl.N_ESTIMATE))
     poses[0] = state.moments
     for stop in stops:
-        state = mcl.track(model, state, recording, stop, poses)
+        state = mcl.track(ready, state, recording, stop, poses)
     return state, poses
 
 
@@ -71,28 +72,26 @@ def tracked(model, state, recording, stops):
 @pytest.mark.parametrize("n_particles", [2, 333, 512])
 def test_tracking_a_recording_is_its_steps_one_by_one_bit_for_bit(start, kind, n_particles):
     settings = mcl.Mcl(likelihood=DistanceLikelihood(kind=kind), n_particles=n_particles)
-    model = mcl.build(settings, LAYOUT, AREA, DT)
+    ready = mcl.build(settings, ROBOT, DT)
     recording = a_recording()
-    by_steps, poses_by_steps = stepped(model, mcl.init(model, start, KEY), recording)
+    by_steps, poses_by_steps = stepped(ready, mcl.init(ready, start, KEY), recording)
     for stops in ((120,), (1, 2, 50, 50, 119, 120)):
-        at_once, poses = tracked(model, mcl.init(model, start, KEY), recording, stops)
+        at_once, poses = tracked(ready, mcl.init(ready, start, KEY), recording, stops)
         assert np.array_equal(poses, poses_by_steps)
-        assert np.array_equal(at_once.particles, by_steps.particles)
-        assert np.array_equal(at_once.headings, by_steps.headings)
+        assert np.array_equal(mcl.positions(ready, at_once), mcl.positions(ready, by_steps))
+        assert np.array_equal(mcl.headings(ready, at_once), mcl.headings(ready, by_steps))
         assert at_once.step == by_steps.step == 120
 
 
 def test_verbs_return_new_states_and_leave_the_old_ones_alone():
-    model = mcl.build(mcl.Mcl(), LAYOUT, AREA, DT)
-    before = mcl.init(model, KnownStart((0.0, 0.0, 0.0)), KEY)
-    kept = replace(
-        before, particles=before.particles.copy(), headings=before.headings.copy(), moments=before.moments.copy()
-    )  # fmt: skip
-    mcl.predict(model, before, np.array([10.0, 0.0, 0.1]))
-    mcl.update(model, before, np.array([3]), np.array([[40.0, 10.0]]))
-    mcl.track(model, before, a_recording(), 20, np.empty((121, mcl.N_ESTIMATE)))
-    assert np.array_equal(before.particles, kept.particles)
-    assert np.array_equal(before.headings, kept.headings)
+    ready = mcl.build(mcl.Mcl(), ROBOT, DT)
+    before = mcl.init(ready, KnownStart((0.0, 0.0, 0.0)), KEY)
+    kept = replace(before, arrays=mcl.workspace(before), moments=before.moments.copy())
+    mcl.predict(ready, before, np.array([10.0, 0.0, 0.1]))
+    mcl.update(ready, before, Reads(np.array([3]), np.array([[40.0, 10.0]])))
+    mcl.track(ready, before, a_recording(), 20, np.empty((121, mcl.N_ESTIMATE)))
+    for part, kept_part in zip(before.arrays, kept.arrays, strict=True):
+        assert np.array_equal(part, kept_part)
     assert np.array_equal(before.moments, kept.moments)
     assert before.step == kept.step == 0
 
@@ -103,11 +102,11 @@ def test_an_update_estimates_the_mean_of_eq_3_with_the_weights_of_eq_6(kind, are
     """The estimate of one step over its particles, all by hand in double precision; distances in sigmas."""
     layout = listed([(150.0, 0.0, 0.0), (0.0, -200.0, 0.8)])
     likelihood = DistanceLikelihood(kind=kind, sigma_per_radius=1.1, beta=0.25)
-    model = mcl.build(mcl.Mcl(likelihood=likelihood, n_particles=5000), layout, area, DT)
-    state = mcl.init(model, UnknownStart((-300.0, -300.0, 300.0, 300.0)), KEY)
+    ready = mcl.build(mcl.Mcl(likelihood=likelihood, n_particles=5000), Robot(layout, area), DT)
+    state = mcl.init(ready, UnknownStart((-300.0, -300.0, 300.0, 300.0)), KEY)
     antenna, tags = np.array([1, 0]), np.array([[20.0, 30.0], [100.0, -60.0]])
-    pose = mcl.estimate(mcl.update(model, state, antenna, tags)).pose
-    particles = np.column_stack([state.particles.T, state.headings * RADIANS_PER_BINARY_UNIT]).astype(float)
+    pose = mcl.estimate(mcl.update(ready, state, Reads(antenna, tags))).pose
+    particles = np.column_stack([mcl.positions(ready, state).T, mcl.headings(ready, state)]).astype(float)
     weights = np.ones(5000)
     for a, tag in zip(antenna, tags, strict=True):
         z = to_local(compose(particles, layout.poses_mm[a]), tag)
@@ -122,32 +121,33 @@ def test_an_update_estimates_the_mean_of_eq_3_with_the_weights_of_eq_6(kind, are
 
 def test_a_step_without_reads_keeps_the_particles():
     """Line 4 is skipped where nothing is read (section 3): no resampling, the mean of the particles as estimate."""
-    model = mcl.build(mcl.Mcl(), LAYOUT, AREA, DT)
-    state = mcl.predict(model, mcl.init(model, BOX, KEY), np.array([5.0, 0.0, 0.0]))
-    after = mcl.update(model, state, np.empty(0, int), np.empty((0, 2)))
-    assert np.array_equal(after.particles, state.particles)
-    assert np.array_equal(after.headings, state.headings)
-    assert mcl.estimate(after).pose[:2] == pytest.approx(state.particles.mean(axis=1, dtype=float), abs=1e-3)
+    ready = mcl.build(mcl.Mcl(), ROBOT, DT)
+    state = mcl.predict(ready, mcl.init(ready, BOX, KEY), np.array([5.0, 0.0, 0.0]))
+    after = mcl.update(ready, state, Reads())
+    assert np.array_equal(mcl.positions(ready, after), mcl.positions(ready, state))
+    assert np.array_equal(mcl.headings(ready, after), mcl.headings(ready, state))
+    assert mcl.estimate(after).pose[:2] == pytest.approx(mcl.positions(ready, state).mean(axis=1, dtype=float), abs=1e-3)
     assert after.step == state.step + 1
 
 
 def test_a_known_start_is_where_it_says_and_an_unknown_one_anywhere_in_its_box():
-    model = mcl.build(mcl.Mcl(), LAYOUT, AREA, DT)
-    known = mcl.estimate(mcl.init(model, KnownStart((10.0, 20.0, 4.0)), KEY))
+    ready = mcl.build(mcl.Mcl(), ROBOT, DT)
+    known = mcl.estimate(mcl.init(ready, KnownStart((10.0, 20.0, 4.0)), KEY))
     assert known.pose == pytest.approx((10.0, 20.0, 4.0))
     assert np.abs(known.covariance).max() < 1e-12
-    unknown = mcl.init(model, BOX, KEY)
-    assert (unknown.particles.min(axis=1) >= (-1000, -500)).all()
-    assert (unknown.particles.max(axis=1) <= (2000, 1500)).all()
+    unknown = mcl.init(ready, BOX, KEY)
+    places = mcl.positions(ready, unknown)
+    assert (places.min(axis=1) >= (-1000, -500)).all()
+    assert (places.max(axis=1) <= (2000, 1500)).all()
     assert mcl.estimate(unknown).pose == pytest.approx((500.0, 500.0, 0.0))
 
 
 def test_covariance_is_that_of_the_particles_about_the_estimate():
     motion = OmnidirectionalMotion(200.0, 100.0, 0.4)
-    model = mcl.build(mcl.Mcl(motion=motion, n_particles=50_000), LAYOUT, AREA, DT)
-    state = mcl.init(model, KnownStart((0.0, 0.0, 3.1)), KEY)
-    state = mcl.predict(model, state, np.zeros(3))
-    covariance = mcl.estimate(mcl.update(model, state, np.empty(0, int), np.empty((0, 2)))).covariance
+    ready = mcl.build(mcl.Mcl(motion=motion, n_particles=50_000), ROBOT, DT)
+    state = mcl.init(ready, KnownStart((0.0, 0.0, 3.1)), KEY)
+    state = mcl.predict(ready, state, np.zeros(3))
+    covariance = mcl.estimate(mcl.update(ready, state, Reads())).covariance
     cosine, sine = math.cos(3.1), math.sin(3.1)
     turn = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
     exact = turn @ np.diag([10.0, 5.0, 0.02]) ** 2 @ turn.T
@@ -158,19 +158,21 @@ def test_covariance_is_that_of_the_particles_about_the_estimate():
 def test_reinitialization_can_be_turned_off():
     far_tag = np.array([[100_000.0, 0.0]])
     for is_on in (True, False):
-        model = mcl.build(mcl.Mcl(reinitialize=is_on), LAYOUT, AREA, DT)
-        state = mcl.init(model, KnownStart((0.0, 0.0, 0.0)), KEY)
-        after = mcl.update(model, state, np.array([0]), far_tag)
-        assert (np.abs(after.particles[0] - 100_000) < 1000).all() == is_on
-        assert (after.particles[0] == 0).all() != is_on
+        ready = mcl.build(mcl.Mcl(reinitialize=is_on), ROBOT, DT)
+        state = mcl.init(ready, KnownStart((0.0, 0.0, 0.0)), KEY)
+        after = mcl.update(ready, state, Reads(np.array([0]), far_tag))
+        x, _ = mcl.positions(ready, after)
+        assert (np.abs(x - 100_000) < 1000).all() == is_on
+        assert (x == 0).all() != is_on
 
 
 def test_antennas_that_see_off_their_centre_are_measured_from_what_they_see():
     """A tag right in the middle of what the antenna sees is the likeliest, wherever the antenna points."""
     area = PolygonArea(((0.0, -30.0), (90.0, -30.0), (90.0, 30.0), (0.0, 30.0)))
     layout = listed([(100.0, 50.0, 1.2)])
-    model = mcl.build(mcl.Mcl(), layout, area, DT)
-    assert model.positions_mm[0] == pytest.approx((100 + 45 * math.cos(1.2), 50 + 45 * math.sin(1.2)))
+    ready = mcl.build(mcl.Mcl(), Robot(layout, area), DT)
+    positions = ready.model[1]
+    assert positions[0] == pytest.approx((100 + 45 * math.cos(1.2), 50 + 45 * math.sin(1.2)))
 
 
 def test_compensation_takes_old_reads_for_what_they_are():
@@ -185,8 +187,8 @@ def test_compensation_takes_old_reads_for_what_they_are():
     for is_compensated in (True, False):
         gaussian = DistanceLikelihood(kind="gaussian", sigma_per_radius=0.5)
         settings = mcl.Mcl(gaussian, is_age_compensated=is_compensated, n_particles=5000)
-        model = mcl.build(settings, listed([(arm, 0.0, 0.0)]), Disc(30.0), DT)
-        _, poses = tracked(model, mcl.init(model, KnownStart((0.0, 0.0, 0.0)), KEY), recording, (n,))
+        ready = mcl.build(settings, Robot(listed([(arm, 0.0, 0.0)]), Disc(30.0)), DT)
+        _, poses = tracked(ready, mcl.init(ready, KnownStart((0.0, 0.0, 0.0)), KEY), recording, (n,))
         places = compose(poses[:, :3], np.array([arm, 0.0, 0.0]))[:, :2]
         lag[is_compensated] = -to_local(truth, places)[n // 2 :, 1].mean()
     assert lag[False] == pytest.approx(arm * turn / 2, rel=0.15)
@@ -210,20 +212,20 @@ def test_a_bad_setting_is_named_with_its_value_and_bound(arguments, words):
 
 
 def test_noise_that_could_turn_the_robot_about_within_a_step_is_refused():
-    with pytest.raises(ValueError, match=r"noise_heading_rad_per_s.* is 1.0, .*0.49"):
-        mcl.build(mcl.Mcl(motion=OmnidirectionalMotion(noise_heading_rad_per_s=20.0)), LAYOUT, AREA, DT)
+    with pytest.raises(ValueError, match=r"noise of the heading.* is 1.0, .*0.49"):
+        mcl.build(mcl.Mcl(motion=OmnidirectionalMotion(noise_heading_rad_per_s=20.0)), ROBOT, DT)
 
 
 def test_a_recording_that_does_not_fit_is_refused_before_compiled_code_sees_it():
-    model = mcl.build(mcl.Mcl(), LAYOUT, AREA, DT)
-    state, recording, room = mcl.init(model, BOX, KEY), a_recording(), np.empty((121, mcl.N_ESTIMATE))
+    ready = mcl.build(mcl.Mcl(), ROBOT, DT)
+    state, recording, room = mcl.init(ready, BOX, KEY), a_recording(), np.empty((121, mcl.N_ESTIMATE))
     with pytest.raises(ValueError, match="last is 121, must be from 0 to 120"):
-        mcl.track(model, state, recording, 121, room)
+        mcl.track(ready, state, recording, 121, room)
     with pytest.raises(ValueError, match=r"estimates has shape \(100, 10\), must have more than 120 rows of 10"):
-        mcl.track(model, state, recording, 120, room[:100])
+        mcl.track(ready, state, recording, 120, room[:100])
     wrong = replace(recording, read_antenna=recording.read_antenna + 8)
     with pytest.raises(ValueError, match="read_antenna has an index outside 0 to 7"):
-        mcl.track(model, state, wrong, 120, room)
+        mcl.track(ready, state, wrong, 120, room)
 
 
 def test_a_reader_may_return_several_tags_in_a_step():
@@ -233,9 +235,9 @@ def test_a_reader_may_return_several_tags_in_a_step():
         DT, np.zeros((3, 3)), np.zeros((2, 3)), np.array([0, 40, 40]), np.zeros(40, np.int32),
         np.zeros(40, np.int32), tags, np.zeros(40),
     )  # fmt: skip
-    model = mcl.build(mcl.Mcl(), listed([(0.0, 0.0, 0.0)]), AREA, DT)
+    ready = mcl.build(mcl.Mcl(), Robot(listed([(0.0, 0.0, 0.0)]), Disc(30.0)), DT)
     poses = np.empty((3, mcl.N_ESTIMATE))
-    state = mcl.track(model, mcl.init(model, KnownStart((0.0, 0.0, 0.0)), KEY), log, 2, poses)
-    _, by_steps = stepped(model, mcl.init(model, KnownStart((0.0, 0.0, 0.0)), KEY), log)
+    state = mcl.track(ready, mcl.init(ready, KnownStart((0.0, 0.0, 0.0)), KEY), log, 2, poses)
+    _, by_steps = stepped(ready, mcl.init(ready, KnownStart((0.0, 0.0, 0.0)), KEY), log)
     assert np.array_equal(poses[1:], by_steps[1:])
     assert state.step == 2

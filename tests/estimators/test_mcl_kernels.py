@@ -20,13 +20,18 @@ PROPERTY = settings(max_examples=100, deadline=None, derandomize=True)
 seeds = st.integers(0, 2**32 - 1)
 
 
-def predicted(x, y, heading, increment, deviations, step=0):
+def still_noise(deviations):
+    """`Motion.noise` of a noise that is the same in every step."""
+    return np.column_stack([np.square(np.array(deviations, float)), np.zeros((3, 2))])
+
+
+def predicted(x, y, heading, increment, noise, step=0):
     """Particles after the step of the middle one of three increments."""
     n = x.size
     drawn, headings = drawn_of(x, y, heading)
     cloud = np.empty((particle_kernels.N_FIELDS, width_of(n)), np.float32)
     odometry = np.array([(1e3, 1e3, 1.0), increment, (-1e3, 0.0, -1.0)])
-    kernels.predict(KEY, step, odometry, 1, np.array(deviations, float), drawn, headings, cloud)
+    kernels.predict(KEY, step, odometry, 1, noise, drawn, headings, cloud)
     particle_kernels.store(cloud, drawn, headings)
     return drawn[0, :n], drawn[1, :n], headings[:n]
 
@@ -45,7 +50,7 @@ def predicted(x, y, heading, increment, deviations, step=0):
 def test_without_noise_a_step_composes_poses(seed, dx, dy, turn, n):
     """Also where the robot turns by more than half a turn in a step."""
     particles = particles_of(n, np.random.Generator(np.random.PCG64(seed)))
-    moved = poses_of(*predicted(*particles, (dx, dy, turn), (0, 0, 0)))
+    moved = poses_of(*predicted(*particles, (dx, dy, turn), np.zeros((3, 3))))
     expected = compose(poses_of(*particles), np.array([dx, dy, turn]))
     assert np.abs(moved[:, :2] - expected[:, :2]).max() < 3e-4
     assert np.abs(between(expected, moved)[:, 2]).max() < 1e-8
@@ -54,7 +59,7 @@ def test_without_noise_a_step_composes_poses(seed, dx, dy, turn, n):
 def noise_of(n, n_steps, deviations, increment=(7.0, -3.0, 0.4)):
     """Noise (n_steps, n, 3) of steps in the robot's frame, in standard deviations."""
     still = np.zeros(n, np.float32), np.zeros(n, np.float32), np.zeros(n, np.int32)
-    moved = np.array([poses_of(*predicted(*still, increment, deviations, step)) for step in range(n_steps)])
+    moved = np.array([poses_of(*predicted(*still, increment, still_noise(deviations), step)) for step in range(n_steps)])
     return (moved - np.array(increment)) / np.array(deviations)
 
 
@@ -93,7 +98,7 @@ def test_noise_of_a_particle_does_not_depend_on_how_many_there_are():
 def test_noise_follows_the_robots_axes_not_the_worlds():
     quarter = np.full(20_000, binary_angle(math.pi / 2), np.int32)
     zero = np.zeros(20_000, np.float32)
-    x, y, _ = predicted(zero, zero, quarter, (0, 0, 0), (10.0, 1.0, 0.0))
+    x, y, _ = predicted(zero, zero, quarter, (0, 0, 0), still_noise((10.0, 1.0, 0.0)))
     assert x.std() == pytest.approx(1.0, rel=0.03)
     assert y.std() == pytest.approx(10.0, rel=0.03)
 
@@ -102,7 +107,7 @@ def test_moved_particles_are_ready_to_be_weighed():
     """With sine and cosine of the new heading and weight 1, as if they had been drawn there."""
     drawn, headings = drawn_of(*particles_of(501, RNG))
     cloud, loaded = np.full((2, particle_kernels.N_FIELDS, width_of(501)), np.nan, np.float32)
-    kernels.predict(KEY, 0, np.array([[5.0, 2.0, 0.3]]), 0, np.array([1.0, 1.0, 0.1]), drawn, headings, cloud)
+    kernels.predict(KEY, 0, np.array([[5.0, 2.0, 0.3]]), 0, still_noise((1.0, 1.0, 0.1)), drawn, headings, cloud)
     particle_kernels.store(cloud, drawn, headings)
     particle_kernels.load(drawn, headings, loaded)
     assert np.array_equal(cloud[: LOG + 1].view(np.int32), loaded[: LOG + 1].view(np.int32))
@@ -180,18 +185,19 @@ def test_weights_far_from_the_origin_keep_their_meaning(whitening_turn):
 
 @pytest.mark.parametrize("yaw", [0.0, 0.7])
 def test_weight_of_a_field_is_the_cell_that_the_tag_lies_in(yaw):
-    """Looked up in the antenna's frame; every place beyond the table has its border's value."""
+    """Looked up in the antenna's frame; every place beyond the table has its border's value.  A read names its table."""
     particles, tag, antenna = particles_of(5000, RNG, extent=80.0), np.array([10.0, 5.0]), np.array([20.0, -10.0])
-    table = np.full((12, 10), -6.0, np.float32)
-    table[1:-1, 1:-1] = RNG.uniform(-3, 0, (10, 8))
-    cloud = cloud_of(*particles)
-    kernels.weigh_by_field(reads_of(tag, antenna, turned(yaw)), 0, table, 8.0, cloud)
+    tables = np.full((3, 12, 10), -6.0, np.float32)
+    tables[:, 1:-1, 1:-1] = RNG.uniform(-3, 0, (3, 10, 8))
     place = (to_local(poses_of(*particles), tag) - antenna) @ turned(yaw).T / 8.0 + np.array([6.0, 5.0])
     cell = np.clip(np.floor(place).astype(int), 0, [11, 9])
     is_clear = (np.abs(place - np.round(place)) > 1e-3).all(axis=1)
-    found = cloud[LOG, :5000]
-    assert np.array_equal(found[is_clear], table[cell[:, 0], cell[:, 1]][is_clear])
-    assert np.unique(found).size > 50
+    for number, table in enumerate(tables):
+        cloud = cloud_of(*particles)
+        kernels.weigh_by_field(reads_of(tag, antenna, turned(yaw), number), 0, tables, 8.0, cloud)
+        found = cloud[LOG, :5000]
+        assert np.array_equal(found[is_clear], table[cell[:, 0], cell[:, 1]][is_clear])
+        assert np.unique(found).size > 50
 
 
 # Lines 11 to 13
@@ -257,27 +263,3 @@ def test_a_start_anywhere_fills_the_box_evenly_with_every_heading():
     for part in parts:
         assert stats.kstest(part, "uniform").pvalue > 1e-3
     assert np.abs(np.corrcoef(parts) - np.eye(3)).max() < 4.5 / math.sqrt(n)
-
-
-# Reads that are older than the step
-
-
-@PROPERTY
-@given(
-    increment=st.tuples(st.floats(-100, 100), st.floats(-100, 100), st.floats(-2, 2)),
-    phase=st.floats(0, 1),
-    antenna=st.tuples(st.floats(-400, 400), st.floats(-400, 400)),
-    start=st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3), st.floats(-3, 3)),
-)
-def test_an_old_read_is_applied_to_where_its_antenna_was(increment, phase, antenna, start):
-    """A robot that drives straight and turns evenly over the step, as the simulated one does."""
-    start = np.array(start)
-    end = compose(start, np.array(increment))
-    at_poll = np.array([*start[:2] + phase * (end[:2] - start[:2]), start[2] + phase * increment[2]])
-    expected = to_local(end, transform_points(at_poll, np.array(antenna)))
-    assert np.abs(np.array(kernels.antenna_then(*antenna, 1 - phase, *increment)) - expected).max() < 1e-9
-
-
-def test_a_read_of_now_is_applied_to_where_its_antenna_is():
-    for x, y in RNG.uniform(-200, 200, (3, 2)):
-        assert kernels.antenna_then(x, y, 0.0, 9.0, 3.0, 0.2) == (x, y)

@@ -126,3 +126,31 @@ def test_parallel_vectors_span_no_lattice():
         Lattice(((1.0, 2.0), (-2.0, -4.0)))
     with pytest.raises(ValueError, match="basis_mm = nan"):
         Lattice(((1.0, math.nan), (0.0, 1.0)))
+
+
+@given(lattice=lattices())
+def test_the_smallest_distance_is_that_of_a_brute_force_over_neighbours(lattice):
+    """Also of skewed bases, whose nearest points are many steps apart."""
+    i, j = np.meshgrid(np.arange(-60, 61), np.arange(-60, 61))
+    offsets = lattice.at(np.stack([i, j], axis=-1)) - lattice.origin_mm
+    distances = np.hypot(*np.moveaxis(offsets, -1, 0))
+    # The shortest of a lattice of this area is not longer than this (Hermite).
+    assert lattice.min_distance_mm <= math.sqrt(2 / math.sqrt(3) * lattice.cell_area_mm2) * (1 + 1e-9)
+    assert lattice.min_distance_mm == pytest.approx(distances[distances > 1e-6].min(), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("basis", "distance"),
+    [
+        (((100.0, 0.0), (0.0, 100.0)), 100.0),
+        (((100.0, 0.0), (50.0, 50.0 * math.sqrt(3))), 100.0),
+        (((100.0, 0.0), (0.0, 60.0)), 60.0),
+        (((100.0, 0.0), (990.0, 7.0)), math.hypot(10.0, 7.0)),
+        (((30.0, 40.0), (33.0, 44.5)), 0.0),
+    ],
+)
+def test_smallest_distances_known_by_hand(basis, distance):
+    if distance == 0.0:
+        # (33, 44.5) - (30, 40) = (3, 4.5), and ten times that less (30, 40) = (0, 5).
+        distance = math.hypot(3.0, 0.5)
+    assert Lattice(basis).min_distance_mm == pytest.approx(distance)

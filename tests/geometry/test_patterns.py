@@ -203,3 +203,22 @@ def test_a_million_million_tags_are_refused(kind):
     pattern = make_pattern(kind, tags_per_m2=1e12)
     with pytest.raises(ValueError, match=r"tags = .*: must be at most"):
         pattern.lay(Disc(1000.0).outline())
+
+
+@every_kind
+@pytest.mark.parametrize("tags_per_m2", [16.0, 100.0])
+def test_no_two_tags_lie_closer_than_the_smallest_distance(kind, tags_per_m2):
+    """Lattices have pairs that close, thinned or not; of random tags it bounds a pair's distance tightly."""
+    pattern = make_pattern(kind, tags_per_m2=tags_per_m2, seed=2)
+    nearest = cKDTree(tags := pattern.lay(HALL)).query(tags, k=2)[0][:, 1].min()
+    assert nearest == pytest.approx(pattern.min_distance_mm, rel=0.05 if kind == "random" else 1e-6)
+    assert nearest >= pattern.min_distance_mm - 1e-6
+
+
+def test_the_smallest_distance_of_a_list_is_that_of_its_closest_pair():
+    points = np.random.Generator(np.random.PCG64(6)).uniform(0, 1000, (300, 2))
+    apart = np.hypot(*np.moveaxis(points[:, None] - points, -1, 0))
+    brute_force = apart[~np.eye(300, dtype=bool)].min()
+    assert make_pattern("list", points_mm=points).min_distance_mm == pytest.approx(brute_force, rel=1e-12)
+    assert make_pattern("list", points_mm=points[:1]).min_distance_mm == math.inf
+    assert make_pattern("list", points_mm=[*points, points[7]]).min_distance_mm == 0.0

@@ -77,7 +77,7 @@ def test_exactly_the_antennas_with_a_tag_in_view_read_one_of_those_in_view(area,
     tags = rng.uniform(0, 1500, (700, 2)).astype(np.float32).astype(float)
     poses, reads = random_drive(400, rng), ReadModel(polling=polling)
     recording = record(a_design(area), build_tag_map(tags), poses, DT, World(QUIET, reads), key_of(3, 1))
-    phases = reads.phases(4)
+    phases = reads.schedule(4, DT).phases
     # A tabulated border is that of its cells.
     doubt = 1e-6 if len(read_field(area).table) == 0 else 1.0
     n_doubtful = 0
@@ -214,7 +214,7 @@ def test_odometry_noise_is_white_and_the_same_for_every_design():
         key_of(0, 4),
     )
     assert np.array_equal(first, other.odometry)
-    noise = (first - between(poses[:-1], poses[1:])) / motion.step_deviations(DT)
+    noise = (first - between(poses[:-1], poses[1:])) / np.sqrt(motion.noise(DT)[:, 0])
     limit = 4.5 / math.sqrt(20_000)
     assert np.abs(noise.mean(axis=0)).max() < limit
     assert np.abs(noise.var(axis=0) - 1).max() < limit * math.sqrt(2)

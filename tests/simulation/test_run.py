@@ -16,6 +16,7 @@ from rfiddesign.geometry import ListedPattern, make_layout, make_pattern
 from rfiddesign.metrics import Requirement, convergence_time
 from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.models.reads import ReadModel
+from rfiddesign.models.robot import Robot
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.record import record
 from rfiddesign.simulation.run import key_of, prepare, trace_run, true_poses
@@ -144,9 +145,9 @@ def test_a_kidnapped_robot_is_found_again():
             recording = record(design, tags, poses, scenario.dt_s, scenario.world, key)
             # The carrying step turns no wheel.
             recording.odometry[199] = 0.0
-            model = mcl.build(scenario.estimator, design.layout, design.antenna.area, scenario.dt_s)
+            ready = mcl.build(scenario.estimator, Robot.of(design, scenario.world.reads), scenario.dt_s)
             estimates = np.empty((401, mcl.N_ESTIMATE))
-            mcl.track(model, mcl.init(model, KnownStart(tuple(poses[0])), key), recording, 400, estimates)
+            mcl.track(ready, mcl.init(ready, KnownStart(tuple(poses[0])), key), recording, 400, estimates)
             estimates = estimates[:, :3]
             error = np.hypot(*(estimates[1:] - poses[1:])[:, :2].T)
             turn = np.abs(np.angle(np.exp(1j * (estimates - poses)[1:, 2])))

@@ -1,0 +1,115 @@
+"""Quantized and constrained extended Kalman filters (rssi_kalman_navifloor, section IV)."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rfiddesign import require
+from rfiddesign.estimators import _acquisition_kernels
+from rfiddesign.estimators import _ekf_kernels as kernels
+from rfiddesign.estimators.acquisition import radius_of
+from rfiddesign.estimators.start import KnownStart, Start, UncertainStart
+from rfiddesign.estimators.verbs import (
+    N_ESTIMATE,
+    Belief,
+    Filter,
+    Kernels,
+    belief,
+    estimate,
+    predict,
+    track,
+    update,
+    workspace,
+)
+from rfiddesign.models.motion import Motion, OmnidirectionalMotion
+from rfiddesign.models.robot import Robot
+from rfiddesign.models.shape import shape_of
+
+__all__ = ["KINDS", "Ekf", "build", "estimate", "init", "predict", "track", "update", "workspace"]
+
+KERNELS = Kernels(kernels.predict, kernels.update, kernels.track)
+KINDS = {"quantized": kernels.QUANTIZED, "constrained": kernels.CONSTRAINED}
+# A known start is known to this much: covariances must stay positive definite.
+_KNOWN = (1.0, 1.0, 1e-6)
+
+
+@dataclass(frozen=True)
+class Ekf:
+    """Settings of the filter.
+
+    A read whose tag is predicted in the detection area tells nothing.  Otherwise "quantized" takes it as a measured
+    place, with mean and covariance of the area (eqs. 5-7), and "constrained" moves the pose towards the area's border,
+    g = 0 with g the signed distance (rules 1 and 2, eq. 12).  Several reads of a step follow each other, each measured
+    from the pose that the one before it left.
+
+    Parameters
+    ----------
+    kind : "quantized" or "constrained".
+    motion : noise that the filter adds to the odometry.
+    uses_rssi : whether RSSI j narrows the area to the disc of step j.
+    read_noise_mm : sigma of a read: delays and misplaced tags [mm].
+    pushes_out : whether rule 3 applies: a tag no longer read though predicted in the area moves the pose to the border,
+        as long as that is so.  Off by default: the nearest border is often not the one that the robot left by.
+    is_age_compensated : whether a read is applied to where its antenna was when it polled.
+    gate_sigmas, patience : after `patience` reads in a row, each more than `gate_sigmas` beyond the area, the robot is
+        lost and starts from two tags again; 0: never.
+    """
+
+    kind: str = "constrained"
+    motion: Motion = field(default_factory=OmnidirectionalMotion)
+    uses_rssi: bool = False
+    read_noise_mm: float = 20.0
+    pushes_out: bool = False
+    is_age_compensated: bool = True
+    gate_sigmas: float = 5.0
+    patience: int = 3
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise ValueError(f"kind is {self.kind!r}, must be one of {', '.join(KINDS)}")
+        require.within("read_noise_mm", self.read_noise_mm, low=0.1, high=1e4)
+        require.within("gate_sigmas", self.gate_sigmas, low=1.0, high=1e3)
+        if not isinstance(self.patience, int) or not 0 <= self.patience <= 1_000_000:
+            raise ValueError(f"patience is {self.patience!r}, must be from 0 to 1,000,000")
+
+
+def build(settings: Ekf, robot: Robot, dt_s: float) -> Filter:
+    """Make the filter ready for a robot whose antennas are heard every `dt_s` seconds."""
+    antennas = np.ascontiguousarray(robot.layout.poses_mm, float)
+    schedule = robot.reads.schedule(len(antennas), dt_s)
+    model = (
+        KINDS[settings.kind],
+        settings.pushes_out,
+        antennas,
+        (schedule.slots, schedule.period),
+        settings.motion.noise(dt_s),
+        tuple(shape_of(robot.area, robot.rssi_radii_mm if settings.uses_rssi else ())),
+        (radius_of(robot.area), float(settings.read_noise_mm) ** 2, float(settings.gate_sigmas), settings.patience),
+        (settings.is_age_compensated, robot.reads.delay_s / dt_s),
+    )
+    return Filter(settings, dt_s, len(antennas), KERNELS, model)
+
+
+def init(ready: Filter, start: Start, key: int) -> Belief:
+    """The belief before the first step; told nothing, the filter waits for two tags (eq. 13)."""
+    pose, covariance, search = pose_of(start)
+    arrays = (pose, covariance, search, np.zeros((ready.n_antennas, 4)), np.zeros(1))
+    moments = np.zeros(N_ESTIMATE)
+    moments[:3], moments[9] = pose, 1.0
+    moments[3:9] = covariance[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    return belief(key, arrays, moments)
+
+
+def pose_of(start: Start) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pose (3,), covariance (3, 3) and search (see `_acquisition_kernels`) that a start means."""
+    search = np.zeros(_acquisition_kernels.N_SEARCH)
+    if isinstance(start, KnownStart | UncertainStart):
+        search[_acquisition_kernels.STAGE] = 2.0
+        covariance = np.diag(_KNOWN)
+        if isinstance(start, UncertainStart):
+            covariance = np.asarray(start.covariance, float) + np.diag(_KNOWN) * 1e-3
+        return np.asarray(start.pose, float).copy(), covariance, search
+    low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
+    variances = ((high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3)
+    return np.array([(low_x + high_x) / 2, (low_y + high_y) / 2, 0.0]), np.diag(variances), search

@@ -1,0 +1,84 @@
+"""rssi_kalman_navifloor: how often the filters rank as published, and by how much they differ run by run."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from rfiddesign.report.figures.style import CYCLE, LINE_STYLES, new_figure, styled
+from rfiddesign.reproduce.context import Context
+from rfiddesign.reproduce.rows import Row, row_of
+from rfiddesign.simulation.monte_carlo import Job, Simulator
+from rfiddesign.simulation.run import Trace
+
+PATH_TABLE = "table II"
+TABLES = (PATH_TABLE, "random headings")
+RANKING = ("QEKF", "QRSSI", "CEKF", "CRSSI")
+# The first has the larger error, as published.
+PAIRS = (("QEKF", "QRSSI"), ("CEKF", "CRSSI"), ("QRSSI", "CEKF"), ("QEKF", "CEKF"))
+SHOWN = ("QEKF", "CEKF", "QRSSI", "CRSSI")
+
+
+def analyse(context: Context) -> tuple[list[Row], dict[str, Figure]]:
+    """Paired differences, shares of seeds, and the paths of one run."""
+    rows = []
+    for table in TABLES:
+        errors = {name: context.errors[table, name]["rmse_mm"] for name in RANKING}
+        for worse, better in PAIRS:
+            difference = errors[worse] - errors[better]
+            rows.append(row_of(table, f"{worse} minus {better}", "rmse_mm", difference))
+            rows.append(row_of(table, f"{worse} worse than {better}", "share_of_seeds", difference > 0))
+        is_ranked = np.all([errors[a] > errors[b] for a, b in zip(RANKING[:-1], RANKING[1:], strict=True)], axis=0)
+        rows.append(row_of(table, " > ".join(RANKING), "share_of_seeds", is_ranked))
+    return rows, {"paths": paths_figure(_traces(context)), "rmse": rmse_figure(context)}
+
+
+def _traces(context: Context) -> dict[str, Trace]:
+    """Run 0 of the filters shown."""
+    traces = {}
+    for name in SHOWN:
+        case = context.case(PATH_TABLE, name)
+        with Simulator(case.scenario, context.loaded.file.seed, 1) as simulator:
+            traces[name] = simulator.trace(Job(case.design, 0))
+    return traces
+
+
+@styled
+def paths_figure(traces: dict[str, Trace]) -> Figure:
+    """Where the robot was in run 0, and where the filters had it."""
+    figure = new_figure(5.2)
+    axes = figure.subplots()
+    true = next(iter(traces.values())).true_poses
+    tags = _tags_about(true)
+    axes.plot(tags[:, 0], tags[:, 1], ".", color="#b0b7c3", markersize=3, label="tags")
+    axes.plot(true[:, 0], true[:, 1], color="black", linewidth=2.5, label="true path")
+    for (name, trace), colour, line in zip(traces.items(), CYCLE, LINE_STYLES, strict=False):
+        axes.plot(trace.poses[:, 0], trace.poses[:, 1], color=colour, linestyle=line, linewidth=1.2, label=name)
+    axes.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+    figure.legend(loc="outside upper center", ncols=3)
+    return figure
+
+
+def _tags_about(poses: np.ndarray, pitch: float = 250.0) -> np.ndarray:
+    low, high = poses[:, :2].min(axis=0) - pitch, poses[:, :2].max(axis=0) + pitch
+    x, y = (np.arange(np.ceil(a / pitch), np.floor(b / pitch) + 1) * pitch for a, b in zip(low, high, strict=True))
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+
+
+@styled
+def rmse_figure(context: Context) -> Figure:
+    """Spread of the errors over the seeds, on the published path and over random headings."""
+    figure = new_figure(3.4)
+    names = [row for table, row in context.errors if table == PATH_TABLE]
+    for axes, table in zip(figure.subplots(2, 1, sharex=True), TABLES, strict=True):
+        values = [context.errors[table, name]["rmse_mm"] for name in names]
+        axes.boxplot(
+            values, whis=(5, 95), showfliers=False, medianprops={"color": CYCLE[1]}, tick_labels=names, widths=0.5
+        )  # fmt: skip
+        for place, name in enumerate(names, start=1):
+            published = context.loaded.expected.published.get(table, {}).get(name, {}).get("rmse_mm")
+            if published is not None:
+                axes.plot(place, published, marker="D", color=CYCLE[0], markersize=5, linestyle="none")
+        axes.set(ylabel="RMSE [mm]", ylim=(0, None))
+        axes.set_title(f"{table if table != PATH_TABLE else 'published path'}", loc="left")
+        axes.tick_params(axis="x", labelrotation=30)
+    figure.supxlabel("diamonds: published; boxes: quartiles; whiskers: 5 and 95 % of seeds", fontsize=8)
+    return figure

@@ -1,0 +1,57 @@
+"""What an analysis gets to see of a reproduction: what was measured, and the means to simulate more."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from rfiddesign.reproduce.config import RowSection
+from rfiddesign.reproduce.load import Case, Reproduction, case_of
+from rfiddesign.reproduce.measure import Errors, measure
+from rfiddesign.reproduce.rows import Row
+
+
+@dataclass(frozen=True)
+class Context:
+    """A reproduction whose rows have been measured.
+
+    Parameters
+    ----------
+    loaded : the reproduction.
+    is_quick : whether counts are reduced.
+    n_workers : threads.
+    rows : what was measured.
+    errors : metrics of each run by (table, row).
+    on_progress : called with what is under way, how much of it is done and how much there is.
+    """
+
+    loaded: Reproduction
+    is_quick: bool
+    n_workers: int | None
+    rows: tuple[Row, ...]
+    errors: dict[tuple[str, str], Errors]
+    on_progress: Callable[[str, int, int], None]
+
+    def section(self, table: str, row: str) -> RowSection:
+        """The row of the study file of that name."""
+        return next(section for section in self.loaded.file.rows if (section.table, section.row) == (table, row))
+
+    def case(self, table: str, row: str, **changes: Any) -> Case:
+        """The case of a row with some keys set differently; a dot in a key is written as two underscores."""
+        section = self.section(table, row)
+        changed = {key.replace("__", "."): value for key, value in changes.items()}
+        return case_of(self.loaded, section.model_copy(update={"set": {**section.set, **changed}}))
+
+    def measure(self, case: Case, n_runs: int, what: str) -> Errors:
+        """Metrics of each of `n_runs` runs of a case."""
+        done = 0
+
+        def count() -> None:
+            nonlocal done
+            done += 1
+            self.on_progress(what, done, n_runs)
+
+        return measure(case, n_runs, self.loaded.file.seed, self.n_workers, count)
+
+    def with_rows(self, rows: tuple[Row, ...]) -> "Context":
+        """The context with more rows."""
+        return replace(self, rows=(*self.rows, *rows))

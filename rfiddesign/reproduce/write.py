@@ -1,0 +1,32 @@
+"""What a reproduction leaves behind: its rows as JSON and CSV, its figures as PNG and SVG."""
+
+import csv
+import io
+import json
+from pathlib import Path
+
+from rfiddesign.report.figures.drawing import svg_of, write_figure
+from rfiddesign.reproduce.reproduce import Reproduced
+from rfiddesign.reproduce.rows import rounded
+from rfiddesign.results.folder import write_text
+
+ROWS, TABLE = "rows.json", "rows.csv"
+
+
+def write_reproduction(found: Reproduced, folder: Path) -> None:
+    """Write rows and figures into a folder; each file appears whole or not at all."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_text(folder / ROWS, json.dumps(found.as_json(), indent=1, allow_nan=False) + "\n")
+    write_text(folder / TABLE, _csv(found))
+    for name, figure in found.figures.items():
+        write_figure(folder, name, figure, svg_of(figure, name))
+
+
+def _csv(found: Reproduced) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(("table", "row", "metric", "published", "measured", "stderr", "unit"))
+    for row in found.rows:
+        numbers = (row.published, rounded(row.measured), rounded(row.stderr))
+        writer.writerow((row.table, row.row, row.metric, *("" if n is None else n for n in numbers), row.unit))
+    return text.getvalue()
