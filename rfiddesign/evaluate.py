@@ -3,11 +3,12 @@
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rfiddesign.design import Design
+from rfiddesign.estimators.registry import Settings
 from rfiddesign.metrics import Requirement, RunMetrics
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.scenario import Scenario
@@ -71,6 +72,40 @@ def mean_of(values: list[float]) -> Mean:
     array = np.asarray(values, float)
     stderr = float(array.std(ddof=1) / math.sqrt(array.size)) if array.size > 1 else None
     return Mean(float(array.mean()), stderr)
+
+
+@dataclass(frozen=True)
+class Gap:
+    """How far a filter is from the exact reference, on the same runs.
+
+    Parameters
+    ----------
+    reference_mm : mean position error of the reference [mm].
+    ratio : the filter's mean position error over that, 1 being optimal, with its standard error over the runs.
+    """
+
+    reference_mm: Mean
+    ratio: Mean
+
+
+def optimality_gap(
+    evaluation: Evaluation, design: Design, scenario: Scenario, reference: Settings, *, seed: int = 0,
+    n_workers: int | None = None, on_run: Callable[[int], None] | None = None,
+) -> Gap:  # fmt: skip
+    """Compare an evaluation with the exact filter `reference` on the same runs: the evaluation's `seed`.
+
+    Slow: the reference takes milliseconds per step.
+    """
+    exact = evaluate(
+        design, replace(scenario, estimator=reference), len(evaluation.runs), seed=seed, n_workers=n_workers,
+        on_run=on_run,
+    )  # fmt: skip
+    ours, best = (np.array([run.position_mean_mm for run in found.runs]) for found in (evaluation, exact))
+    ratio = float(ours.mean() / best.mean())
+    # Runs are paired: the error of a ratio of means, from its residuals.
+    residuals = (ours - ratio * best) / best.mean()
+    stderr = float(residuals.std(ddof=1) / math.sqrt(ours.size)) if ours.size > 1 else None
+    return Gap(mean_of(best.tolist()), Mean(ratio, stderr))
 
 
 def evaluate(

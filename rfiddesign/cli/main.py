@@ -34,7 +34,10 @@ Workers = Annotated[int | None, Parameter(help="threads; default: one per core")
 
 
 @app.command
-def run(study: Path, *, out: Path | None = None, workers: Workers = None, seed: Seed = None, json: Json = False):
+def run(
+    study: Path, *, set_: Settings = None, out: Path | None = None, workers: Workers = None, seed: Seed = None,
+    json: Json = False,
+):  # fmt: skip
     """Search the cheapest certified design of STUDY and write its report; an interrupted search goes on.
 
     Parameters
@@ -48,7 +51,7 @@ def run(study: Path, *, out: Path | None = None, workers: Workers = None, seed: 
     from rfiddesign.study import load_study, run_study
 
     _check_count("--workers", workers, MAX_WORKERS)
-    loaded = load_study(study, _settings(None, seed))
+    loaded = load_study(study, _settings(set_, seed))
     folder = out or Path("results") / loaded.name
     try:
         with StageDisplay() as display:
@@ -84,8 +87,8 @@ def check(study: Path, *, set_: Settings = None, json: Json = False):
 
 @app.command
 def evaluate(
-    study: Path, *, set_: Settings = None, runs: int = 20, workers: Workers = None, seed: Seed = None,
-    json: Json = False,
+    study: Path, *, set_: Settings = None, runs: int = 20, gap: Annotated[bool, Parameter(negative=())] = False,
+    workers: Workers = None, seed: Seed = None, json: Json = False,
 ):  # fmt: skip
     """Simulate one design of STUDY and print its localization errors.
 
@@ -93,6 +96,7 @@ def evaluate(
     ----------
     study : folder of a study, or its study.toml.
     runs : number of runs.
+    gap : compare with the exact filter on the same runs, too: the optimality gap; slow.
     """
     from rfiddesign.cli.progress import CountDisplay
     from rfiddesign.cli.text import evaluation_lines
@@ -102,8 +106,9 @@ def evaluate(
     _check_count("--workers", workers, MAX_WORKERS)
     _check_count("--runs", runs, MAX_RUNS)
     loaded = load_study(study, _settings(set_, seed))
-    with CountDisplay(f"{runs:,} runs", runs) as display:
-        summary = evaluate_study(loaded, runs, workers, display.show)
+    total = 2 * runs if gap else runs
+    with CountDisplay(f"{total:,} runs", total) as display:
+        summary = evaluate_study(loaded, runs, workers, display.show, with_gap=gap)
     if json:
         _print_json(summary)
     else:
@@ -143,7 +148,7 @@ def report(folder: Path):
 
 @app.command
 def reproduce(
-    name: str, *, quick: bool = False, out: Path | None = None, workers: Workers = None, json: Json = False
+    name: str, *, quick: Annotated[bool, Parameter(negative=())] = False, out: Path | None = None, workers: Workers = None, json: Json = False
 ):
     """Simulate a published system again and print its numbers beside the printed ones.
 

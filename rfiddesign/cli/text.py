@@ -65,7 +65,7 @@ def evaluation_lines(summary: dict[str, Any]) -> list[str]:
     """Table of `evaluate`."""
     lines = [
         f"{summary['design']}: {summary['runs']:,} runs from {'an' if summary['start'] == 'unknown' else 'a'} "
-        f"{summary['start']} start, {summary['n_particles']} particles, {summary['wall_s']:.1f} s"
+        f"{summary['start']} start, {_filter_words(summary)}, {summary['wall_s']:.1f} s"
     ]
     for name, value in summary["metrics"].items():
         mean, stderr, unit = value["mean"], value["stderr"], ""
@@ -73,9 +73,19 @@ def evaluation_lines(summary: dict[str, Any]) -> list[str]:
             mean, stderr, unit = mean * DEG_PER_RAD, stderr and stderr * DEG_PER_RAD, " (deg)"
         spread = "" if stderr is None else f" +- {stderr:.3g}"
         lines.append(f"  {name.replace('_rad', '') + unit:24} {mean:10.4g}{spread}")
+    if "optimality_gap" in summary:
+        found = summary["optimality_gap"]
+        exact, ratio = found["reference_position_mean_mm"], found["ratio"]
+        spread = "" if ratio["stderr"] is None else f" +- {ratio['stderr']:.2g}"
+        lines.append(f"  optimality gap: {ratio['mean']:.3g}{spread} times the {exact['mean']:.3g} mm of the exact filter")
     for n_robots, price in summary["price_cents_by_robots"].items():
         lines.append(f"  price for {n_robots} robots: {money(price, summary['currency'])}")
     return lines
+
+
+def _filter_words(summary: dict[str, Any]) -> str:
+    particles = f" of {summary['n_particles']} particles" if summary["n_particles"] else ""
+    return summary["estimator"].replace("_", " ") + particles
 
 
 def coverage_lines(summary: dict[str, Any]) -> list[str]:

@@ -2,7 +2,7 @@
 
 import math
 
-from rfiddesign.numerics._compile_kernels import kernel, leaf_kernel
+from rfiddesign.numerics._compile_kernels import leaf_kernel
 from rfiddesign.numerics._math_kernels import atan2_64, sin_cos_64
 
 # The numbers of a search: its stage (0: no tag yet, 1: one tag, 2: the pose is known); the pose in a local map that
@@ -38,7 +38,7 @@ def advance(search, odometry, row):
     search[LOCAL_HEADING] += odometry[row, 2]
 
 
-@kernel
+@leaf_kernel
 def find_pose(search, antenna, x, y, tag_x, tag_y, radius, pose, covariance):
     """Take a read into account; True once it is of a second tag, and then pose (3,) and covariance (3, 3) are written.
 
@@ -81,8 +81,8 @@ def find_pose(search, antenna, x, y, tag_x, tag_y, radius, pose, covariance):
     pose[2] = heading
     # How the pose moves with the heading alone, then with the offsets: along the line, across it at either tag.
     lever_x, lever_y = s * x + c * y, s * y - c * x
-    # Where the way is short an offset turns it the more, up to any heading at all.
-    turn = 1.0 / max(min(base, way), _WITHIN * radius)
+    # Where the way is shorter than the line an offset turns it the more.
+    turn = 1.0 / min(base, way)
     columns = (
         (sigma_along * along_x, sigma_along * along_y, 0.0),
         (sigma_across * (across_x + turn * lever_x), sigma_across * (across_y + turn * lever_y), sigma_across * turn),

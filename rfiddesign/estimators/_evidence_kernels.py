@@ -5,6 +5,7 @@ import numpy as np
 from rfiddesign.estimators._particle_kernels import HEADING, X, Y
 from rfiddesign.numerics import _lane_kernels as lanes
 from rfiddesign.numerics._compile_kernels import kernel, leaf_kernel
+from rfiddesign.numerics._lane_kernels import LANES
 from rfiddesign.numerics._math_kernels import RADIANS_PER_BINARY_UNIT, sin_cos_64
 
 _F = np.float32
@@ -60,25 +61,40 @@ def gather(
 
 
 @leaf_kernel
-def _extent(cloud, n_particles):
-    """Middle (x, y), half diagonal, and half the spread of the headings [rad] of a cloud, and its middle heading."""
-    low_x = high_x = cloud[X, 0]
-    low_y = high_y = cloud[Y, 0]
+def _extent(cloud):
+    """Middle (x, y) and radius of a cloud, half the spread of its headings [rad], and its middle heading."""
+    width = cloud.shape[1]
     first = lanes.bits_of(cloud[HEADING, 0])
-    low_turn = high_turn = np.int64(0)
-    for m in range(n_particles):
-        low_x, high_x = min(low_x, cloud[X, m]), max(high_x, cloud[X, m])
-        low_y, high_y = min(low_y, cloud[Y, m]), max(high_y, cloud[Y, m])
-        turn = np.int64(np.int32(lanes.bits_of(cloud[HEADING, m]) - first))
-        low_turn, high_turn = min(low_turn, turn), max(high_turn, turn)
-    half_x, half_y = 0.5 * (high_x - low_x), 0.5 * (high_y - low_y)
-    heading = (np.float64(first) + 0.5 * np.float64(low_turn + high_turn)) * RADIANS_PER_BINARY_UNIT
-    spread = 0.5 * np.float64(high_turn - low_turn) * RADIANS_PER_BINARY_UNIT
-    return low_x + half_x, low_y + half_y, np.sqrt(half_x * half_x + half_y * half_y), spread, heading
+    low_x = high_x = lanes.copies(cloud[X, 0])
+    low_y = high_y = lanes.copies(cloud[Y, 0])
+    low_turn = high_turn = lanes.copies(_F(0.0))
+    # Lanes beyond the last particle are copies of particles.
+    for i in range(0, width, LANES):
+        x, y = lanes.load(cloud, X * width + i), lanes.load(cloud, Y * width + i)
+        turn = lanes.to_float(lanes.subtract(lanes.bits_of(lanes.load(cloud, HEADING * width + i)), first))
+        low_x, high_x = lanes.lesser(low_x, x), lanes.greater(high_x, x)
+        low_y, high_y = lanes.lesser(low_y, y), lanes.greater(high_y, y)
+        low_turn, high_turn = lanes.lesser(low_turn, turn), lanes.greater(high_turn, turn)
+    zero = lanes.copies(_F(0.0))
+    left, right = lanes.least(low_x), -lanes.least(zero - high_x)
+    bottom, top = lanes.least(low_y), -lanes.least(zero - high_y)
+    begin, end = np.float64(lanes.least(low_turn)), -np.float64(lanes.least(zero - high_turn))
+    mid_x, mid_y = _F(0.5) * (left + right), _F(0.5) * (bottom + top)
+    farthest = lanes.copies(_F(0.0))
+    for i in range(0, width, LANES):
+        dx, dy = lanes.load(cloud, X * width + i) - mid_x, lanes.load(cloud, Y * width + i) - mid_y
+        farthest = lanes.greater(farthest, lanes.fma(dx, dx, dy * dy))
+    radius = np.sqrt(np.float64(-lanes.least(zero - farthest)))
+    heading = (np.float64(first) + 0.5 * (begin + end)) * RADIANS_PER_BINARY_UNIT
+    spread = 0.5 * (end - begin) * RADIANS_PER_BINARY_UNIT
+    return np.float64(mid_x), np.float64(mid_y), radius, spread, heading
 
 
-@kernel
-def gather_nothing_seen(step, t, n_reads, log, model, tags, cloud, reads):
+@leaf_kernel
+def gather_nothing_seen(
+    step, t, odometry, read_start, read_antenna, read_tags, positions, whitening, slots, phases, period, ages,
+    is_inventory, reach, table_number, tag_x, tag_y, cell_start, grid, cloud, reads,
+):  # fmt: skip
     """Append to the rows the tags near an antenna that polled in this step and did not read them; returns all rows.
 
     An antenna that answers with one tag says nothing of the others once it has read one.  Nothing is said of tags in
@@ -87,16 +103,17 @@ def gather_nothing_seen(step, t, n_reads, log, model, tags, cloud, reads):
 
     Parameters
     ----------
-    model : as in `_mcl_kernels.track`; its looks: (uses_rssi, learns from nothing seen, reader answers with all tags,
-        slots (n,), phases (n,), period of its schedule, reach of the tables [mm], number of the table for tags not
-        read).
+    slots, phases, period : schedule of the antennas, see `Schedule`.
+    ages : (is_age_compensated, delay of reads in steps).
+    is_inventory : whether all tags in view answer.
+    reach : distance beyond which a tag not read says nothing [mm].
+    table_number : table for tags not read.
+    grid : (1 / cell_mm, origin_x, origin_y, n_x, n_y) of the map.
     """
-    n_particles, positions, whitening = model[0], model[1], model[2]
-    is_age_compensated, delay = model[6]
-    _, _, is_inventory, slots, phases, period, reach, table_number = model[7]
-    odometry, read_start, read_antenna, read_tags = log[0], log[1], log[2], log[3]
-    tag_x, tag_y, cell_start, per_cell, x0, y0, n_x, n_y = tags
-    mid_x, mid_y, radius, spread, heading = _extent(cloud, n_particles)
+    is_age_compensated, delay = ages
+    per_cell, x0, y0, n_x, n_y = grid
+    n_reads = read_start[t + 1] - read_start[t]
+    mid_x, mid_y, radius, spread, heading = _extent(cloud)
     if radius > 2.0 * reach or spread > 0.5:
         return n_reads
     s, c = sin_cos_64(heading)

@@ -1,7 +1,7 @@
 """Diffusion of a histogram over poses by stencils whose second moments are exactly the noise of a step.
 
-A histogram is `mass` (n_headings, n, n): layers of equal heading, each a square of cells over x and y.  Mass lies in the
-box (first, end) of layers, rows and columns; outside it is exactly zero.  Layer k has the middle of its middle cell
+A histogram is `mass` (n_headings, n, n): layers of equal heading, each a square of cells over x and y.  Mass lies in
+the box (first, end) of layers, rows and columns; outside it is exactly zero.  Layer k has the middle of its middle cell
 at `origins[k]`, any real numbers, so that layers move without interpolation.
 """
 
@@ -9,10 +9,10 @@ import math
 
 from rfiddesign.numerics._compile_kernels import inline_kernel, leaf_kernel
 
-# A stencil of three with a third of the mass outside has the kurtosis of a Gaussian, too.
+# A stencil of three with a third of the mass outside has the kurtosis of a Gaussian, too [steps of the stencil^2].
 _MOST_PER_PASS = 1.0 / 3.0
-# Longer steps of a stencil than this, in cells, are not taken: see `lattice_directions`.
-_LONGEST_STEP = 4
+# Thinner covariances than this, least over most variance, would need steps across many cells.
+THINNEST = 0.02
 
 
 @inline_kernel
@@ -25,14 +25,13 @@ def lattice_directions(a, b, c):
     """A covariance [[a, b], [b, c]] in cells^2 as a sum of variances >= 0 along three steps from cell to cell.
 
     Selling's reduction: while two vectors of a superbase (v0 + v1 + v2 = 0) make an acute angle in the metric of the
-    covariance, one of them is turned.  Covariances so thin that this needs steps of more than four cells come
-    out slightly thicker.
+    covariance, one of them is turned.
 
     Returns (variance, rows, columns) three times.
     """
     v, w, u = (1, 0), (0, 1), (-1, -1)
     tolerance = 1e-9 * (a + c)
-    for _ in range(16):
+    for _ in range(32):
         if _product(a, b, c, v, w) > tolerance:
             new = ((-v[0], -v[1]), w, (v[0] - w[0], v[1] - w[1]))
         elif _product(a, b, c, w, u) > tolerance:
@@ -40,8 +39,6 @@ def lattice_directions(a, b, c):
         elif _product(a, b, c, u, v) > tolerance:
             new = ((-u[0], -u[1]), v, (u[0] - v[0], u[1] - v[1]))
         else:
-            break
-        if abs(new[2][0]) > _LONGEST_STEP or abs(new[2][1]) > _LONGEST_STEP:
             break
         v, w, u = new
     return (
@@ -81,17 +78,21 @@ def diffuse_layer(layer, spare, a, b, c, first_i, end_i, first_j, end_j):
         for j in range(n):
             spare[i, j] = 0.0
     for variance, rows, columns in lattice_directions(a, b, c):
-        if variance <= 1e-12:
-            continue
-        n_passes = max(1, math.ceil(variance / _MOST_PER_PASS))
-        for _ in range(n_passes):
-            first_i, end_i = max(first_i - abs(rows), 0), min(end_i + abs(rows), n)
-            first_j, end_j = max(first_j - abs(columns), 0), min(end_j + abs(columns), n)
-            per_pass = variance / n_passes
+        left = variance
+        while left > 1e-12:
+            # Two cells at a time where there is much to spread, which has the kurtosis of a Gaussian at 2^2 / 3.
+            stride = 2 if left >= 4.0 * _MOST_PER_PASS else 1
+            most = stride * stride * _MOST_PER_PASS
+            share = most if left >= most else left
+            left -= share
+            up, across = stride * rows, stride * columns
+            first_i, end_i = max(first_i - abs(up), 0), min(end_i + abs(up), n)
+            first_j, end_j = max(first_j - abs(across), 0), min(end_j + abs(across), n)
+            weight = share / (stride * stride)
             if is_swapped:
-                _diffuse_once(spare, layer, per_pass, rows, columns, first_i, end_i, first_j, end_j)
+                _diffuse_once(spare, layer, weight, up, across, first_i, end_i, first_j, end_j)
             else:
-                _diffuse_once(layer, spare, per_pass, rows, columns, first_i, end_i, first_j, end_j)
+                _diffuse_once(layer, spare, weight, up, across, first_i, end_i, first_j, end_j)
             is_swapped = not is_swapped
     if is_swapped:
         for i in range(first_i, end_i):
@@ -105,7 +106,7 @@ def _add_neighbour(mass, spare, origins, per_cell, k, neighbour, share, first_i,
     """Add a share of a neighbouring layer, where its cells lie over those of layer k (bilinear)."""
     at_i = (origins[k, 0] - origins[neighbour, 0]) * per_cell
     at_j = (origins[k, 1] - origins[neighbour, 1]) * per_cell
-    whole_i, whole_j = int(math.floor(at_i)), int(math.floor(at_j))
+    whole_i, whole_j = math.floor(at_i), math.floor(at_j)
     part_i, part_j = at_i - whole_i, at_j - whole_j
     source, target = mass[neighbour], spare[k]
     for i in range(first_i, end_i):
@@ -136,8 +137,8 @@ def _exchange_once(mass, spare, origins, cell, box, half):
     first_k, end_k = max(box[0] - 1, 0), min(box[1] + 1, n_layers)
     first_i, end_i, first_j, end_j = box[2], box[3], box[4], box[5]
     for k in range(first_k, end_k - 1):
-        at_i = int(math.floor((origins[k, 0] - origins[k + 1, 0]) * per_cell))
-        at_j = int(math.floor((origins[k, 1] - origins[k + 1, 1]) * per_cell))
+        at_i = math.floor((origins[k, 0] - origins[k + 1, 0]) * per_cell)
+        at_j = math.floor((origins[k, 1] - origins[k + 1, 1]) * per_cell)
         first_i, end_i = min(first_i, box[2] - abs(at_i) - 1), max(end_i, box[3] + abs(at_i) + 1)
         first_j, end_j = min(first_j, box[4] - abs(at_j) - 1), max(end_j, box[5] + abs(at_j) + 1)
     first_i, end_i, first_j, end_j = max(first_i, 0), min(end_i, n), max(first_j, 0), min(end_j, n)
@@ -158,12 +159,12 @@ def _exchange_once(mass, spare, origins, cell, box, half):
 
 @leaf_kernel
 def exchange_layers(mass, spare, origins, cell, box, variance):
-    """Spread the heading by a variance [layers^2]: neighbouring layers swap mass where their cells lie above each other.
+    """Spread the heading by a variance [layers^2]: neighbouring layers swap mass where cells lie above each other.
 
     Only what is swapped is interpolated; the variance in x and y that this adds is `added_by_exchange` times half the
     variance.
     """
-    if variance <= 1e-12:
+    if variance <= 1e-12 or mass.shape[0] == 1:
         return
     n_passes = max(1, math.ceil(variance / _MOST_PER_PASS))
     for _ in range(n_passes):

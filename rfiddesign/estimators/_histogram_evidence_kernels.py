@@ -37,37 +37,62 @@ def _in_table(u, v, table, per_cell):
     return low + f * (high - low), True
 
 
+@inline_kernel
+def _columns(cy, h, square, first, end):
+    """First column and end of the columns within the root of `square` of cy, among those from `first` to `end`."""
+    if square <= 0.0:
+        return end, end
+    root = math.sqrt(square)
+    begin = min(max(math.ceil((cy - root) / h), first), end)
+    return begin, min(max(math.floor((cy + root) / h) + 1, begin), end)
+
+
+@inline_kernel
+def _multiply(layer, i, first, end, factor):
+    total = 0.0
+    for j in range(first, end):
+        layer[i, j] *= factor
+        total += layer[i, j]
+    return total
+
+
+@inline_kernel
+def _multiply_by_ring(layer, i, first, end, dx, cy, h, outer, inner, per_s, least, most, cdf):
+    total = 0.0
+    for j in range(first, end):
+        dy = cy - j * h
+        distance = math.sqrt(dx * dx + dy * dy)
+        inside = _cdf((outer - distance) * per_s, cdf)
+        if inner > 0.0:
+            inside -= _cdf((inner - distance) * per_s, cdf)
+        layer[i, j] *= max(most * inside, least) if most > 0.0 else 1.0 + most * inside
+        total += layer[i, j]
+    return total
+
+
 @leaf_kernel
-def _ring_layer(layer, box, cx, cy, h, outer, inner, per_s, least, most, reach, beyond, cdf):
+def _ring_layer(layer, box, cx, cy, h, outer, inner, s, least, most, cdf):
     """Multiply a layer by the chance that a tag lies in a ring, at least `least`; 1 less that if `most` < 0.
 
-    The tag lies at (cx, cy) from the middle of cell (0, 0); cells further than `reach` from it get `beyond`.
+    The tag lies at (cx, cy) from the middle of cell (0, 0).  Returns the sum of what is left, but for cells out of
+    reach of a tag that was not read, which stay as they are.
     """
-    total = 0.0
+    total, per_s = 0.0, 1.0 / s
+    reach = outer + CDF_MOST * s
+    # Of a disc, all within this is certainly inside.
+    flat = outer - CDF_MOST * s if inner == 0.0 else 0.0
+    factor = max(most, least) if most > 0.0 else 1.0 + most
     for i in range(box[2], box[3]):
         dx = cx - i * h
-        room = reach * reach - dx * dx
-        if room <= 0.0:
-            first, end = box[5], box[5]
-        else:
-            root = math.sqrt(room)
-            first = min(max(int(math.ceil((cy - root) / h)), box[4]), box[5])
-            end = min(max(int(math.floor((cy + root) / h)) + 1, first), box[5])
-        if beyond != 1.0:
-            for j in range(box[4], first):
-                layer[i, j] *= beyond
-                total += layer[i, j]
-            for j in range(end, box[5]):
-                layer[i, j] *= beyond
-                total += layer[i, j]
-        for j in range(first, end):
-            dy = cy - j * h
-            distance = math.sqrt(dx * dx + dy * dy)
-            inside = _cdf((outer - distance) * per_s, cdf)
-            if inner > 0.0:
-                inside -= _cdf((inner - distance) * per_s, cdf)
-            layer[i, j] *= max(most * inside, least) if most > 0.0 else 1.0 + most * inside
-            total += layer[i, j]
+        first, end = _columns(cy, h, reach * reach - dx * dx, box[4], box[5])
+        flat_first, flat_end = end, end
+        if flat > 0.0:
+            flat_first, flat_end = _columns(cy, h, flat * flat - dx * dx, first, end)
+        if most > 0.0:
+            total += _multiply(layer, i, box[4], first, least) + _multiply(layer, i, end, box[5], least)
+        total += _multiply_by_ring(layer, i, first, flat_first, dx, cy, h, outer, inner, per_s, least, most, cdf)
+        total += _multiply(layer, i, flat_first, flat_end, factor)
+        total += _multiply_by_ring(layer, i, flat_end, end, dx, cy, h, outer, inner, per_s, least, most, cdf)
     return total
 
 
@@ -89,7 +114,7 @@ def _table_layer(layer, box, cx, cy, h, s, c, per_s, least, most, table, per_cel
 
 @leaf_kernel
 def weigh(mass, origins, box, frame, antenna, tag_x, tag_y, rssi, softness, most, field):
-    """Multiply the mass by the chance of what a poll said of a tag; returns the sum of what is left.
+    """Multiply the mass by the chance of what a poll said of a tag; returns the sum of what is left after a read.
 
     Parameters
     ----------
@@ -108,15 +133,13 @@ def weigh(mass, origins, box, frame, antenna, tag_x, tag_y, rssi, softness, most
     if rssi >= 0 and radii.shape[0] > 1:
         step = min(rssi, radii.shape[0] - 2)
         outer, inner = radii[step], radii[step + 1]
-        far = outer + CDF_MOST * s2
-    beyond = _LEAST if most > 0.0 else 1.0
     total = 0.0
     for k in range(box[0], box[1]):
         s, c = sin_cos_64(frame[HEADING] + (k - middle) * frame[TURN])
         cx = tag_x - (origins[k, 0] - half * h) - (c * x - s * y)
         cy = tag_y - (origins[k, 1] - half * h) - (s * x + c * y)
         if outer > 0.0:
-            total += _ring_layer(mass[k], box, cx, cy, h, outer, inner, 1.0 / s2, _LEAST, most, far, beyond, cdf)
+            total += _ring_layer(mass[k], box, cx, cy, h, outer, inner, s2, _LEAST, most, cdf)
         else:
             s, c = s * along + c * across, c * along - s * across
             # What lies beyond the window's corners needs no look.
@@ -179,10 +202,10 @@ def weigh_nothing_seen(step, t, log, model, tags, mass, origins, box, frame):
         antenna = antenna_of(t, odometry, antennas, a, 1.0 - phases[a] + ages[1], ages[0])
         low_x, high_x, low_y, high_y = bounds_of_antenna(mass, origins, box, frame, antenna[0], antenna[1])
         # Cells of the map, clipped before they become integers.
-        first_i = int(math.floor(min(max((low_x - far - x0) * per_cell - 1e-6, 0.0), float(n_x))))
-        last_i = int(math.floor(min(max((high_x + far - x0) * per_cell + 1e-6, -1.0), n_x - 1.0)))
-        first_j = int(math.floor(min(max((low_y - far - y0) * per_cell - 1e-6, 0.0), float(n_y))))
-        last_j = int(math.floor(min(max((high_y + far - y0) * per_cell + 1e-6, -1.0), n_y - 1.0)))
+        first_i = math.floor(min(max((low_x - far - x0) * per_cell - 1e-6, 0.0), float(n_x)))
+        last_i = math.floor(min(max((high_x + far - x0) * per_cell + 1e-6, -1.0), n_x - 1.0))
+        first_j = math.floor(min(max((low_y - far - y0) * per_cell - 1e-6, 0.0), float(n_y)))
+        last_j = math.floor(min(max((high_y + far - y0) * per_cell + 1e-6, -1.0), n_y - 1.0))
         for j in range(first_j, last_j + 1):
             if first_i > last_i:
                 break

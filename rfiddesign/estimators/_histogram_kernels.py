@@ -11,7 +11,12 @@ import math
 import numpy as np
 
 from rfiddesign.estimators._acquisition_kernels import STAGE, advance, find_pose, restart
-from rfiddesign.estimators._histogram_diffusion_kernels import added_by_exchange, diffuse_layer, exchange_layers
+from rfiddesign.estimators._histogram_diffusion_kernels import (
+    THINNEST,
+    added_by_exchange,
+    diffuse_layer,
+    exchange_layers,
+)
 from rfiddesign.estimators._histogram_evidence_kernels import antenna_of, weigh, weigh_nothing_seen
 from rfiddesign.estimators._histogram_rescale_kernels import fit_cells, rescale_cells, rescale_headings
 from rfiddesign.estimators._histogram_window_kernels import (
@@ -19,7 +24,6 @@ from rfiddesign.estimators._histogram_window_kernels import (
     DOUBT,
     HEADING,
     LOST,
-    N_SHAPE,
     TURN,
     moments,
     recentre,
@@ -37,7 +41,7 @@ _SIGMAS = 3.5
 # robot is lost.  Twice the chance that the field leaves to what cannot be.
 _CONTRADICTION, _MOST_DOUBT = 2e-3, 5.0
 # Noise of a step beyond this, in cells or layers, wants larger ones; it is cut at this share of the window.
-_MOST_VARIANCE, _CUT = 4.0, 1 / 16
+_MOST_VARIANCE, _CUT = 16.0, 1 / 16
 _HEALTHY = 1e-100
 
 
@@ -82,7 +86,7 @@ def _make_room(mass, spare, origins, box, frame, shape, limits, noise_xy, noise_
     """Double cells, and turns between layers, until a step's noise is a few of them."""
     while noise_xy > _MOST_VARIANCE * frame[CELL] ** 2 and 2.0 * frame[CELL] <= limits[1]:
         rescale_cells(mass, spare, box, frame, True)
-    while noise_heading > _MOST_VARIANCE * frame[TURN] ** 2 and 2.0 * frame[TURN] <= limits[3]:
+    while mass.shape[0] > 1 and noise_heading > _MOST_VARIANCE * frame[TURN] ** 2 and 2.0 * frame[TURN] <= limits[3]:
         rescale_headings(mass, spare, origins, box, frame, shape, True)
 
 
@@ -98,6 +102,7 @@ def _move(row, odometry, model, mass, spare, origins, box, frame, shape):
     per_cell = 1.0 / frame[CELL]
     most = _CUT * n * n
     qx, qy = min(qx * per_cell * per_cell, most), min(qy * per_cell * per_cell, most)
+    qx, qy = max(qx, THINNEST * qy), max(qy, THINNEST * qx)
     qh = min(qh / (frame[TURN] * frame[TURN]), _CUT * n_layers * n_layers)
     for k in range(n_layers):
         s, c = sin_cos_64(frame[HEADING] + (k - middle) * frame[TURN])
@@ -111,8 +116,9 @@ def _move(row, odometry, model, mass, spare, origins, box, frame, shape):
         less_x = 0.5 * qh * added_by_exchange(origins, per_cell, k, 0)
         less_y = 0.5 * qh * added_by_exchange(origins, per_cell, k, 1)
         for _ in range(6):
-            if xx > less_x and yy > less_y and (xx - less_x) * (yy - less_y) >= xy * xy:
-                xx, yy = xx - less_x, yy - less_y
+            a, b = xx - less_x, yy - less_y
+            if a > 0.0 and b > 0.0 and a * b - xy * xy > 0.5 * THINNEST * (a + b) ** 2:
+                xx, yy = a, b
                 break
             less_x, less_y = 0.5 * less_x, 0.5 * less_y
         a, b, d, e = diffuse_layer(mass[k], spare[0], xx, xy, yy, box[2], box[3], box[4], box[5])
@@ -133,7 +139,7 @@ def _move(row, odometry, model, mass, spare, origins, box, frame, shape):
 @leaf_kernel
 def predict(key, step, odometry, row, model, arrays):
     """See `verbs.Kernels`; arrays: mass, spare, origins, box, frame, shape, marginals, held, search."""
-    mass, spare, origins, box, frame, shape, _, held, search = arrays
+    mass, spare, origins, box, frame, shape, _, _, search = arrays
     if search[STAGE] < 2.0:
         advance(search, odometry, row)
         return

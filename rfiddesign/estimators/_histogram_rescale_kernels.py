@@ -57,6 +57,8 @@ def fit_cells(mass, spare, origins, box, frame, marginals, shape, total, limits)
     wanted = _wanted(border, outer, shape[LEAST], frame[CELL], feature, least, most)
     if wanted != 0:
         rescale_cells(mass, spare, box, frame, wanted > 0)
+    if n_layers == 1:
+        return
     border = _share_beyond(marginals, 0, n_layers, _BORDER) / total
     outer = _share_beyond(marginals, 0, n_layers, _INNER) / total
     wanted = _wanted(border, outer, shape[SPREAD], frame[TURN], feature_turn, least_turn, most_turn)
@@ -93,7 +95,7 @@ def _resample(source, target, is_coarser):
 
 @leaf_kernel
 def _clean(mass, box):
-    """Clear what interpolation left below zero; the box becomes the whole window.  Mass becomes 1, less what is lost."""
+    """Clear what interpolation left below zero; the box becomes the whole window.  Returns the sum of all mass."""
     total = 0.0
     for k in range(mass.shape[0]):
         for i in range(mass.shape[1]):
@@ -143,7 +145,7 @@ def _interpolate(source, target, shift):
     """target[i] = source[i + shift] along the first axis, by Lagrange's cubic, which keeps moments up to the third."""
     n, m = source.shape
     shift = min(max(shift, -2.0 * n), 2.0 * n)
-    whole = int(math.floor(shift))
+    whole = math.floor(shift)
     f = shift - whole
     weights = (
         -f * (f - 1.0) * (f - 2.0) / 6.0, (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0, -(f + 1.0) * f * (f - 2.0) / 2.0,

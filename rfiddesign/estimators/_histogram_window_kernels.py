@@ -116,18 +116,18 @@ def recentre(mass, spare, origins, box, frame, shape):
     """Shift the window by whole layers and its layers by whole cells, where the belief left the middle."""
     n_layers, n = mass.shape[0], mass.shape[1]
     middle = (n_layers - 1) // 2
-    turns = int(math.floor(shape[MEAN_LAYER] - middle + 0.5))
+    turns = math.floor(shape[MEAN_LAYER] - middle + 0.5)
     if abs(turns) * 8 > n_layers:
         _shift_layers(mass, origins, box, frame, shape, turns)
-    h, room = frame[CELL], max(n // 16, 1)
+    h, room = frame[CELL], 1.5
     first_i, end_i, first_j, end_j = box[2], box[3], box[4], box[5]
     low_i, high_i, low_j, high_j = n, 0, n, 0
     for k in range(n_layers):
         along = (k - middle) * frame[TURN] - shape[MEAN_TURN]
         off_i = (shape[MEAN_X] + along * shape[SLOPE_X] - origins[k, 0]) / h
         off_j = (shape[MEAN_Y] + along * shape[SLOPE_Y] - origins[k, 1]) / h
-        move_i = int(math.floor(off_i + 0.5)) if abs(off_i) > room else 0
-        move_j = int(math.floor(off_j + 0.5)) if abs(off_j) > room else 0
+        move_i = math.floor(off_i + 0.5) if abs(off_i) > room else 0
+        move_j = math.floor(off_j + 0.5) if abs(off_j) > room else 0
         origins[k, 0] += move_i * h
         origins[k, 1] += move_j * h
         if k < box[0] or k >= box[1]:

@@ -22,6 +22,7 @@ from rfiddesign.numerics._compile_kernels import inline_kernel, kernel, leaf_ker
 from rfiddesign.numerics._lane_kernels import LANES, fma
 from rfiddesign.numerics._math_kernels import (
     binary_angle,
+    log_32,
     sin_cos,
     small_binary_angle,
 )
@@ -39,9 +40,12 @@ from rfiddesign.numerics._noise_kernels import (
 _F = np.float32
 _I = np.int32
 _U = np.uint32
-# Places drawn until one lies in the detection region; an area fills more than a tenth of its box.
-_MOST_TRIES = 32
+# Places drawn until one lies in the detection region; a ring of RSSI may fill a twentieth of its box.
+_MOST_TRIES = 128
 _LOG_2 = _F(0.6931472)
+# Chance left to what cannot be, and how many factors as small as that a float32 holds.
+_LEAST_PROBABILITY = _F(1e-3)
+_ROWS_PER_LOG = 8
 
 
 @kernel
@@ -133,6 +137,36 @@ def weigh_by_field(reads, k, table, cell, cloud):
         lanes.store(cloud, LOG * width + i, lanes.load(cloud, LOG * width + i) + log)
 
 
+@leaf_kernel
+def weigh_by_discs(reads, n_rows, discs, per_width, cloud):
+    """Line 4 for all rows: what `soft_discs` says of each row's tag; `discs` and `per_width` are of there."""
+    width = cloud.shape[1]
+    for i in range(0, width, LANES):
+        x, y = lanes.load(cloud, X * width + i), lanes.load(cloud, Y * width + i)
+        s, c = lanes.load(cloud, SINE * width + i), lanes.load(cloud, COSINE * width + i)
+        log, product = lanes.load(cloud, LOG * width + i), lanes.copies(_F(1.0))
+        for k in range(n_rows):
+            which = int(reads[k, 8])
+            dx, dy = reads[k, 0] - x, reads[k, 1] - y
+            u, v = fma(c, dx, fma(s, dy, -reads[k, 2])), fma(c, dy, fma(-s, dx, -reads[k, 3]))
+            distance = lanes.square_root(fma(u, u, v * v))
+            inside = _soft_step(discs[which, 0, 0], distance, per_width)
+            if discs[which, 1, 0] > _F(0.0):
+                inside = inside - _soft_step(discs[which, 1, 0], distance, per_width)
+            product = product * lanes.greater(fma(inside, discs[which, 3, 0], discs[which, 2, 0]), _LEAST_PROBABILITY)
+            if k % _ROWS_PER_LOG == _ROWS_PER_LOG - 1:
+                log, product = log + log_32(product), lanes.copies(_F(1.0))
+        lanes.store(cloud, LOG * width + i, log + log_32(product))
+
+
+@inline_kernel
+def _soft_step(radius, distance, per_width):
+    """Chance to be within a radius whose border is blurred: 1 inside, 0 outside, a cubic between."""
+    t = fma(radius - distance, per_width, _F(0.5))
+    t = lanes.lesser(lanes.greater(t, _F(0.0)), _F(1.0))
+    return t * t * fma(t, _F(-2.0), _F(3.0))
+
+
 @inline_kernel
 def _in_antenna_frame(reads, k, cloud, i):
     """Where the k-th read's tag lies from its antenna on the particles from i on, in the robot's axes."""
@@ -173,21 +207,29 @@ def restart_in_region(key, step, reads, n_reads, table, cell, n_particles, drawn
     low, high = key_halves(step_key(key, STREAM_INITIALIZE, step + 1))
     _, n_i, n_j = table.shape
     for k in range(n_reads):
-        which = int(reads[k, 8])
-        best = table[which, 0, 0]
-        for i in range(n_i):
-            for j in range(n_j):
-                best = max(best, table[which, i, j])
+        which, best = int(reads[k, 8]), _F(0.0)
+        if n_j > 1:
+            best = table[which, 0, 0]
+            for i in range(n_i):
+                for j in range(n_j):
+                    best = max(best, table[which, i, j])
         w00, w01, w10, w11 = reads[k, 4], reads[k, 5], reads[k, 6], reads[k, 7]
         for m in range(k, n_particles, n_reads):
             u = v = _F(0.0)
             draw = m * (2 * _MOST_TRIES + 1)
             for i in range(_MOST_TRIES):
-                p = int(unit_uniform(random_bits(low, high, _U(draw + 2 * i))) * _F(n_i))
-                q = int(unit_uniform(random_bits(low, high, _U(draw + 2 * i + 1))) * _F(n_j))
-                if table[which, p, q] > best - _LOG_2:
-                    u, v = _F((p + 0.5 - 0.5 * n_i) * cell), _F((q + 0.5 - 0.5 * n_j) * cell)
+                p = unit_uniform(random_bits(low, high, _U(draw + 2 * i))) - _F(0.5)
+                q = unit_uniform(random_bits(low, high, _U(draw + 2 * i + 1))) - _F(0.5)
+                if n_j > 1:
+                    u, v = p * _F(n_i * cell), q * _F(n_j * cell)
+                    log = table[which, int((p + _F(0.5)) * _F(n_i)), int((q + _F(0.5)) * _F(n_j))]
+                else:
+                    u, v = p * _F(2.0) * table[which, 0, 0], q * _F(2.0) * table[which, 0, 0]
+                    distance = np.sqrt(u * u + v * v)
+                    log = _F(0.0) if table[which, 1, 0] <= distance <= table[which, 0, 0] else -_F(10.0)
+                if log > best - _LOG_2:
                     break
+                u = v = _F(0.0)
             if m % 2 == 1:
                 headings[m] = _I(random_bits(low, high, _U(draw + 2 * _MOST_TRIES)))
             # From the robot's centre to the tag, in the robot's axes.
@@ -205,17 +247,22 @@ def update(key, step, n_particles, reads, n_reads, n_evidence, rules, table, clo
     ----------
     reads : (n_evidence or more, N_READ) float32, see there: n_reads reads, then tags that were not read; with a table,
         whitening is the rotation to the antenna's axes.
-    rules : (inner_radius, log_tail, log_alpha, cell_mm of the table, whether all particles restart in the region);
+    rules : (inner_radius, log_tail, log_alpha, cell_mm of the table, whether all particles restart in the region,
+        1 / (2 w) of `soft_discs`);
         log_alpha = -inf: no reinitialization.
-    table : (n_tables, n, m) float32 log probabilities; without cells the likelihood is that of the distance.
+    table : (n_tables, n, m) float32 log probabilities about the antenna; (n, 4, 1): discs, see `soft_discs`; without
+        cells the likelihood is that of eq. 6.
     cloud : (N_FIELDS, width) float32.
     drawn, headings : see `resample`.
     out : (n, N_ESTIMATE).
     """
-    for k in range(n_evidence):
-        if table.shape[1] > 0:
+    if table.shape[2] == 1:
+        weigh_by_discs(reads, n_evidence, table, _F(rules[5]), cloud)
+    elif table.shape[1] > 0:
+        for k in range(n_evidence):
             weigh_by_field(reads, k, table, rules[3], cloud)
-        else:
+    else:
+        for k in range(n_evidence):
             weigh_by_distance(reads, k, rules[0], rules[1], cloud)
     total, lowest = estimate(n_particles, cloud, out, row)
     if n_evidence == 0:
@@ -233,6 +280,10 @@ def update(key, step, n_particles, reads, n_reads, n_evidence, rules, table, clo
         # What contradicts nothing may still be on the border of the field, at half the chance, for every row.
         if best < log_alpha - _F(n_evidence) * _LOG_2:
             restart_in_region(key, step, reads, n_reads, table, rules[3], n_particles, drawn, headings)
+            # Lanes beyond the last particle stay near the others.
+            for m in range(n_particles, cloud.shape[1]):
+                drawn[0, m], drawn[1, m] = drawn[0, n_particles - 1], drawn[1, n_particles - 1]
+                headings[m] = headings[n_particles - 1]
     else:
         reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headings)
 
@@ -250,26 +301,7 @@ def update_step(key, step, log, t, model, tags, arrays, out, row):
     """`update` for particles that lie in `drawn`; see `verbs.Kernels`."""
     drawn, headings, cloud = arrays
     load(drawn, headings, cloud)
-    reads = np.empty((room_for_evidence(log, t, t + 1, model), N_READ), np.float32)
-    _update_from_log(key, step, log, t, model, tags, drawn, headings, cloud, reads, out, row)
-
-
-@kernel
-def _update_from_log(key, step, log, t, model, tags, drawn, headings, cloud, reads, out, row):
-    n_particles, positions, whitening, _, rules, table, ages, looks = model
-    odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt = log
-    is_age_compensated, delay = ages
-    # Beside the tables of the steps of RSSI there are that of any read and that of none.
-    n_rssi, learns_from_nothing = table.shape[0] - 2 if looks[0] else 0, looks[1]
-    gather(
-        t, odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt, positions, whitening,
-        is_age_compensated, delay, n_rssi, reads,
-    )  # fmt: skip
-    n_reads = read_start[t + 1] - read_start[t]
-    n_evidence = n_reads
-    if learns_from_nothing:
-        n_evidence = gather_nothing_seen(step, t, n_reads, log, model, tags, cloud, reads)
-    update(key, step, n_particles, reads, n_reads, n_evidence, rules, table, cloud, drawn, headings, out, row)
+    _steps(key, step, step + 1, t - step, False, log, model, tags, arrays, out, row - t - 1)
 
 
 @kernel
@@ -280,13 +312,45 @@ def track(key, first, last, log, model, tags, arrays, estimates):
     ----------
     log : as in `Recording.log`.
     model : (n_particles, positions (n, 2), whitening (n, 2, 2) float32, noise (3, 3), rules, table, ages, looks);
-        ages: (is_age_compensated, delay of reads in steps); looks: see `gather_nothing_seen`.
+        ages: (is_age_compensated, delay of reads in steps); looks: (uses_rssi, learns from nothing seen, reader answers
+        with all tags, slots (n,), phases (n,), period of its schedule, reach of the tables [mm], number of the table
+        for tags not read).
     tags : as in `verbs.known`.
     arrays : (drawn, headings, cloud).
     """
+    _steps(key, first, last, 0, True, log, model, tags, arrays, estimates, 0)
+
+
+@kernel
+def _steps(key, first, last, row_of_step, predicts, log, model, tags, arrays, estimates, row_of_row):
+    """Steps first..last-1; step s has row s + `row_of_step` in the log, row t there t + 1 + `row_of_row` in estimates.
+
+    Arrays are taken out of their tuples here, once: each time costs as much as a read.
+    """
     drawn, headings, cloud = arrays
-    odometry, noise = log[0], model[3]
-    reads = np.empty((room_for_evidence(log, first, last, model), N_READ), np.float32)
-    for t in range(first, last):
-        predict(key, t, odometry, t, noise, drawn, headings, cloud)
-        _update_from_log(key, t, log, t, model, tags, drawn, headings, cloud, reads, estimates, t + 1)
+    n_particles, positions, whitening, noise, rules, table, (is_age_compensated, delay), looks = model
+    uses_rssi, learns_from_nothing, is_inventory, slots, phases, period, reach, unread_table = looks
+    odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt = log
+    tag_x, tag_y, cell_start, per_cell, x0, y0, n_x, n_y = tags
+    grid, ages = (per_cell, x0, y0, n_x, n_y), (is_age_compensated, delay)
+    # Beside the tables of the steps of RSSI there are that of any read and that of none.
+    n_rssi = table.shape[0] - 2 if uses_rssi else 0
+    reads = np.empty((room_for_evidence(log, first + row_of_step, last + row_of_step, model), N_READ), np.float32)
+    for step in range(first, last):
+        t = step + row_of_step
+        if predicts:
+            predict(key, step, odometry, t, noise, drawn, headings, cloud)
+        gather(
+            t, odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt, positions, whitening,
+            is_age_compensated, delay, n_rssi, reads,
+        )  # fmt: skip
+        n_reads = n_evidence = read_start[t + 1] - read_start[t]
+        if learns_from_nothing:
+            n_evidence = gather_nothing_seen(
+                step, t, odometry, read_start, read_antenna, read_tags, positions, whitening, slots, phases, period, ages,
+                is_inventory, reach, unread_table, tag_x, tag_y, cell_start, grid, cloud, reads,
+            )  # fmt: skip
+        update(
+            key, step, n_particles, reads, n_reads, n_evidence, rules, table, cloud, drawn, headings, estimates,
+            t + 1 + row_of_row,
+        )  # fmt: skip

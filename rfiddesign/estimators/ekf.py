@@ -76,7 +76,8 @@ class Ekf:
 
 def build(settings: Ekf, robot: Robot, dt_s: float) -> Filter:
     """Make the filter ready for a robot whose antennas are heard every `dt_s` seconds."""
-    antennas = np.ascontiguousarray(robot.layout.poses_mm, float)
+    poses = np.asarray(robot.layout.poses_mm, float)
+    antennas = np.column_stack([poses, np.sin(poses[:, 2]), np.cos(poses[:, 2])])
     schedule = robot.reads.schedule(len(antennas), dt_s)
     model = (
         KINDS[settings.kind],

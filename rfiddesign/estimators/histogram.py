@@ -51,12 +51,16 @@ _MAX_TABLE_SIDE = 1024
 class Histogram:
     """Settings of the filter.
 
+    Beliefs much wider than the finest edges of the evidence (NaviFloor's rings of 5 mm in a start of 60 mm) want more
+    cells than the default, thus time: compare with 121 x 121 x 81.  A known start is a point.  Noise along one axis
+    alone gets a fiftieth of it along the other.
+
     Parameters
     ----------
     motion : noise that the filter adds to the odometry.
-    cell_mm, cell_rad : side of a cell in x and y, and step in heading; at first and always if not `is_adaptive`.
+    cell_mm, cell_rad : side of a cell in x and y, and step in heading, if not `is_adaptive`; else what bounds them.
     n_cells : cells of the window in x and in y (odd).
-    n_headings : layers of the window in heading (odd).
+    n_headings : layers of the window in heading (odd); 1: the heading is taken as known but for what odometry says.
     uses_rssi : whether a read with RSSI j puts the tag into the ring between the radii of j and j + 1.
     learns_from_nothing : whether a poll that read nothing speaks against places with a tag in view.
     softness_mm : standard deviation by which the field's border is blurred [mm].
@@ -69,7 +73,7 @@ class Histogram:
     motion: Motion = field(default_factory=OmnidirectionalMotion)
     cell_mm: float = 6.0
     cell_rad: float = math.radians(1.5)
-    n_cells: int = 61
+    n_cells: int = 91
     n_headings: int = 41
     uses_rssi: bool = True
     learns_from_nothing: bool = True
@@ -81,10 +85,10 @@ class Histogram:
     def __post_init__(self) -> None:
         require.within("cell_mm", self.cell_mm, low=0.01, high=1e4)
         require.within("cell_rad", self.cell_rad, low=1e-5, high=0.5)
-        for name, least in (("n_cells", 9), ("n_headings", 1)):
+        for name, is_one_allowed in (("n_cells", False), ("n_headings", True)):
             n = getattr(self, name)
-            if not isinstance(n, int) or n % 2 == 0 or not least <= n <= 10_001:
-                raise ValueError(f"{name} is {n!r}, must be an odd number from {least} to 10,001")
+            if not isinstance(n, int) or n % 2 == 0 or not (9 <= n <= 10_001 or (n == 1 and is_one_allowed)):
+                raise ValueError(f"{name} is {n!r}, must be an odd number from 9 to 10,001")
         n = self.n_cells**2 * self.n_headings
         if n > MAX_CELLS:
             raise ValueError(f"n_cells^2 n_headings is {n:,}, must be at most {MAX_CELLS:,}")

@@ -147,6 +147,7 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
         moments[[3, 5, 8]] = (high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3
     # Lanes beyond the last particle weigh nothing, and stay near the others.
     drawn[:2, m:] = drawn[:2, m - 1 : m]
+    angles[m:] = angles[m - 1]
     return belief(key, (drawn, angles, cloud), moments)
 
 

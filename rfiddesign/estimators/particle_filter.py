@@ -24,9 +24,10 @@ from rfiddesign.estimators.mcl import (
     workspace,
 )
 from rfiddesign.estimators.verbs import Filter
+from rfiddesign.geometry import Disc
 from rfiddesign.models.motion import Motion, OmnidirectionalMotion
 from rfiddesign.models.robot import Robot
-from rfiddesign.models.soft_field import read_tables
+from rfiddesign.models.soft_field import read_tables, soft_discs
 
 __all__ = [
     "ParticleFilter", "build", "estimate", "headings", "init", "positions", "predict", "track", "update", "workspace",
@@ -77,9 +78,13 @@ def build(settings: ParticleFilter, robot: Robot, dt_s: float) -> Filter:
     """
     poses = np.asarray(robot.layout.poses_mm, float)
     uses_rssi = settings.uses_rssi and bool(robot.rssi_radii_mm)
-    tables, cell_mm, reach = read_tables(
-        robot.area, robot.rssi_radii_mm if uses_rssi else (), settings.softness_mm, settings.read_probability
-    )
+    believed = (robot.rssi_radii_mm if uses_rssi else (), settings.softness_mm, settings.read_probability)
+    if isinstance(robot.area, Disc):
+        tables, per_width, reach = soft_discs(robot.area.radius_mm, *believed)
+        cell_mm = 1.0
+    else:
+        tables, cell_mm, reach = read_tables(robot.area, *believed)
+        per_width = 0.0
     cosine, sine = np.cos(poses[:, 2]), np.sin(poses[:, 2])
     log_alpha = math.log(settings.alpha) if settings.reinitialize else -math.inf
     model = (
@@ -87,7 +92,7 @@ def build(settings: ParticleFilter, robot: Robot, dt_s: float) -> Filter:
         poses[:, :2].copy(),
         np.ascontiguousarray(np.array([[cosine, sine], [-sine, cosine]]).transpose(2, 0, 1), np.float32),
         motion_noise(settings.motion, dt_s),
-        np.array([0.0, 0.0, log_alpha, cell_mm, 1.0]),
+        np.array([0.0, 0.0, log_alpha, cell_mm, 1.0, per_width]),
         tables,
         (settings.is_age_compensated, robot.reads.delay_s / dt_s),
         looks(

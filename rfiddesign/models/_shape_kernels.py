@@ -4,6 +4,9 @@ import math
 
 from rfiddesign.numerics._compile_kernels import leaf_kernel
 
+# Nearer than this there is no direction: squares of tiny numbers vanish.
+_LEAST_MM = 1e-9
+
 
 @leaf_kernel
 def signed_distance(u, v, half_length, half_width, corner, segments):
@@ -24,6 +27,8 @@ def signed_distance(u, v, half_length, half_width, corner, segments):
         return beyond_v - corner, 0.0, sign_v
     out_u, out_v = max(beyond_u, 0.0), max(beyond_v, 0.0)
     distance = math.sqrt(out_u * out_u + out_v * out_v)
+    if distance < _LEAST_MM:
+        return -corner, 0.0, 0.0
     return distance - corner, sign_u * out_u / distance, sign_v * out_v / distance
 
 
@@ -43,7 +48,7 @@ def _to_segments(u, v, segments):
         if (v0 > v) != (v1 > v) and u < u0 + du * (v - v0) / dv:
             is_inside = not is_inside
     distance = math.sqrt(least)
-    if distance == 0.0:
+    if distance < _LEAST_MM:
         return 0.0, 0.0, 0.0
     sign = -1.0 if is_inside else 1.0
     return sign * distance, sign * off_u / distance, sign * off_v / distance

@@ -14,7 +14,12 @@ from rfiddesign.models.read_field import tabulated
 LEAST_PROBABILITY = 1e-3
 # A border blurred by a Gaussian is done with beyond so many of its sigmas.
 _SIGMAS = 3.1
+_SIGMAS_HEARD = 2.33
 _MAX_CELLS_PER_SIDE = 512
+# A step t^2 (3 - 2 t) over twice this has the variance of a Gaussian: w^2 / 5.
+_HALF_WIDTH_PER_SIGMA = math.sqrt(5.0)
+_LEAST_HALF_WIDTH_MM = 0.01
+_NO_INNER = -1e9
 
 
 @lru_cache(maxsize=64)
@@ -29,7 +34,7 @@ def read_tables(
     Returns
     -------
     (n_tables, n, m) float32, whose border cells hold the value for every place beyond; side of a cell [mm]; distance
-    beyond which a tag that is not read says nothing [mm].
+    beyond which a tag that is not read says next to nothing: it would be read with a chance below 1 % [mm].
     """
     field, cell = _soft(area, softness_mm)
     fields = [field]
@@ -37,12 +42,38 @@ def read_tables(
     for outer, inner in zip(radii[:-1], radii[1:], strict=True):
         disc = _soft_disc(outer, field.shape, cell, softness_mm)
         fields.append(disc - _soft_disc(inner, field.shape, cell, softness_mm) if inner > 0 else disc)
-    seen = [np.log(np.maximum(read_probability * field, LEAST_PROBABILITY)) for field in fields]
-    unseen = np.log1p(-read_probability * np.clip(field, 0.0, 1.0))
+    tables = _log_tables(fields, field, read_probability)
     # Far away a tag is never read, to the last bit.
-    unseen[[0, -1], :] = unseen[:, [0, -1]] = 0.0
+    tables[-1, [0, -1], :] = tables[-1, :, [0, -1]] = 0.0
     reach = 0.5 * cell * math.hypot(*field.shape) if isinstance(area, ProbabilityMap) else area.reach_mm
-    return np.ascontiguousarray([*seen, unseen], np.float32), cell, float(reach + _SIGMAS * softness_mm + cell)
+    return tables, cell, float(reach + _SIGMAS_HEARD * softness_mm + cell)
+
+
+def soft_discs(
+    radius_mm: float, rssi_radii_mm: tuple[float, ...], softness_mm: float, read_probability: float
+) -> tuple[np.ndarray, float, float]:
+    """As `read_tables`, for a disc, whose probabilities need no table.
+
+    With S(r) the chance to be within r, a step that rises from 0 to 1 over r -+ w as t^2 (3 - 2 t), which has the
+    variance of a Gaussian blur of `softness_mm`, each thing that a poll may say has probability a + b (S(outer) -
+    S(inner)), at least 0.001.
+
+    Returns
+    -------
+    (n_things, 4, 1) float32 outer, inner [mm], a, b; 1 / (2 w) [1/mm]; distance beyond which a tag that is not read
+    says next to nothing [mm].
+    """
+    half_width = max(_HALF_WIDTH_PER_SIGMA * softness_mm, _LEAST_HALF_WIDTH_MM)
+    outer = (radius_mm, *rssi_radii_mm)
+    inner = (_NO_INNER, *rssi_radii_mm[1:], _NO_INNER)[: len(outer)]
+    things = [(r, hole, 0.0, read_probability) for r, hole in zip(outer, inner, strict=True)]
+    things.append((radius_mm, _NO_INNER, 1.0, -read_probability))
+    return np.array(things, np.float32)[:, :, None], 0.5 / half_width, float(radius_mm + half_width)
+
+
+def _log_tables(fields: list[np.ndarray], field: np.ndarray, read_probability: float) -> np.ndarray:
+    seen = [np.log(np.maximum(read_probability * part, LEAST_PROBABILITY)) for part in fields]
+    return np.ascontiguousarray([*seen, np.log1p(-read_probability * np.clip(field, 0.0, 1.0))], np.float32)
 
 
 def _soft(area: DetectionArea, softness_mm: float) -> tuple[np.ndarray, float]:

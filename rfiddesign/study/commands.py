@@ -7,8 +7,9 @@ from typing import Any
 from rfiddesign.cost import Site
 from rfiddesign.design import Design, check_design, check_tag_spacing
 from rfiddesign.errors import StudyError
-from rfiddesign.evaluate import evaluate
+from rfiddesign.evaluate import evaluate, optimality_gap
 from rfiddesign.optimize import unbuildable
+from rfiddesign.study.estimators import reference_of
 from rfiddesign.study.document import antenna_poses, blind_records, coverage_record
 from rfiddesign.study.load import Study, check_tag_count, design_of, floor_of, scenario_of, space_of
 from rfiddesign.study.pipeline import price_design
@@ -52,8 +53,13 @@ def check_study(study: Study) -> dict[str, Any]:
     }
 
 
-def evaluate_study(study: Study, n_runs: int, n_workers: int | None, on_run: Callable[[int], None]) -> dict[str, Any]:
-    """Errors of the study's design at hand over `n_runs` runs, and what it costs."""
+def evaluate_study(
+    study: Study, n_runs: int, n_workers: int | None, on_run: Callable[[int], None], *, with_gap: bool = False
+) -> dict[str, Any]:
+    """Errors of the study's design at hand over `n_runs` runs, and what it costs.
+
+    `with_gap` : how far the filter is from the exact one, too; `on_run` then counts the runs of both.
+    """
     design = _buildable_design(study)
     floor = floor_of(study)
     check_tag_count(study, design.pattern, floor, "design.tags_per_m2")
@@ -66,8 +72,21 @@ def evaluate_study(study: Study, n_runs: int, n_workers: int | None, on_run: Cal
         design, scenario, n_runs, seed=study.file.seed, requirement=study.requirement, n_workers=n_workers,
         on_run=on_run,
     )  # fmt: skip
-    return {
+    gap = {}
+    if with_gap:
+        found = optimality_gap(
+            evaluation, design, scenario, reference_of(study.file, study.file.world), seed=study.file.seed,
+            n_workers=n_workers, on_run=lambda n_done: on_run(n_runs + n_done),
+        )  # fmt: skip
+        gap = {
+            "optimality_gap": {
+                "reference_position_mean_mm": {"mean": found.reference_mm.mean, "stderr": found.reference_mm.stderr},
+                "ratio": {"mean": found.ratio.mean, "stderr": found.ratio.stderr},
+            }
+        }
+    return gap | {
         "design": design.name,
+        "estimator": study.file.estimator,
         "start": scenario.start,
         "seed": study.file.seed,
         "metrics": {name: {"mean": mean.mean, "stderr": mean.stderr} for name, mean in evaluation.metrics().items()},

@@ -85,5 +85,7 @@ def test_good_radii_of_rssi_are_taken(radii):
 
 
 def test_an_unknown_antenna_is_answered_with_all_names():
-    with pytest.raises(ValueError, match=r"antenna is '61x60', must be one of 30x30, .*, 660x300, navifloor, smart-floor"):
+    with pytest.raises(
+        ValueError, match=r"antenna is '61x60', must be one of 30x30, .*, 660x300, navifloor, smart-floor"
+    ):
         antenna("61x60")

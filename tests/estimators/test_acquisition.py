@@ -101,7 +101,10 @@ def entry(rng, base, antenna, radius):
     while True:
         bearing, heading = rng.uniform(-np.pi, np.pi, 2)
         tags = np.array([[0.0, 0.0], [base * math.cos(bearing), base * math.sin(bearing)]])
-        ahead, left = np.array([math.cos(heading), math.sin(heading)]), np.array([-math.sin(heading), math.cos(heading)])
+        ahead, left = (
+            np.array([math.cos(heading), math.sin(heading)]),
+            np.array([-math.sin(heading), math.cos(heading)]),
+        )
         offset = rng.uniform(-radius, radius)
         offsets = offset - tags @ left
         if np.abs(offsets).max() < radius:
@@ -149,7 +152,7 @@ def test_the_covariance_is_consistent_over_straight_entries(radius, base, antenn
 @given(start=st.tuples(coordinates, coordinates, angles), way=st.floats(1e-6, 1e3), turn=angles,
        offset=st.tuples(st.floats(-60, 60), st.floats(-60, 60)))  # fmt: skip
 def test_a_covariance_is_always_one(start, way, turn, offset):
-    """However near the tags lie to each other: symmetric, finite, not negative, no less sure of a heading than of any."""
+    """However near the tags lie to each other: symmetric, finite, not negative, surer of a heading than of any."""
     poses = [np.array(start)] * 2
     poses.append(compose(poses[-1], (way, 0.0, turn)))
     tags = [transform_points(pose, LAYOUT.poses_mm[0, :2]) for pose in poses[1:]]
@@ -179,13 +182,22 @@ def test_a_heading_from_a_longer_way_is_surer():
 def test_tags_further_apart_than_the_way_allows_or_nearer_are_refused(way, error, sign):
     """By more than a diameter and a fifth of the way; the second tag is then the first of the next pair."""
     base, allowed = way + sign * error, 2 * RADIUS + 0.2 * way
-    assume(base > 1.0 and abs(error - allowed) > 1e-6)
+    assume(base > 40.0 and abs(error - allowed) > 1e-6)
     poses = [(0.0, 0.0, 0.0)] * 2 + [(way, 0.0, 0.0), (way, 500.0, 0.0)]
     tags = [(150.0, 0.0), (150.0 + base, 0.0), (150.0 + base, 500.0)]
     recording = recording_of(poses, [[(0, tags[0])], [(0, tags[1])], [(0, tags[2])]])
     step, found = start_by_two_tags(recording, ROBOT)
     assert step == (1 if error < allowed else 2)
     assert abs(wrap_angle(found.pose[2])) < 1e-6
+
+
+def test_tags_read_soon_after_each_other_tell_no_direction_and_the_first_waits_for_another():
+    """Two tags side by side in one field, 5 mm of way between them; then a third, 400 mm ahead."""
+    poses = [(0.0, 0.0, 0.0)] * 2 + [(5.0, 0.0, 0.0), (400.0, 0.0, 0.0)]
+    tags = [(150.0, 0.0), (150.0, 50.0), (550.0, 0.0)]
+    step, found = start_by_two_tags(recording_of(poses, [[(0, tags[0])], [(0, tags[1])], [(0, tags[2])]]), ROBOT)
+    assert step == 2
+    assert abs(wrap_angle(found.pose[2])) < 1e-9
 
 
 def test_one_tag_read_again_and_again_is_no_pair():

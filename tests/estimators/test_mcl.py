@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rfiddesign.estimators import mcl
-from rfiddesign.estimators.start import KnownStart, UnknownStart
+from rfiddesign.estimators.start import KnownStart, UncertainStart, UnknownStart
 from rfiddesign.geometry import Disc, PolygonArea, Rectangle, compose, cross, listed, to_local
 from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import OmnidirectionalMotion
@@ -126,7 +126,9 @@ def test_a_step_without_reads_keeps_the_particles():
     after = mcl.update(ready, state, Reads())
     assert np.array_equal(mcl.positions(ready, after), mcl.positions(ready, state))
     assert np.array_equal(mcl.headings(ready, after), mcl.headings(ready, state))
-    assert mcl.estimate(after).pose[:2] == pytest.approx(mcl.positions(ready, state).mean(axis=1, dtype=float), abs=1e-3)
+    assert mcl.estimate(after).pose[:2] == pytest.approx(
+        mcl.positions(ready, state).mean(axis=1, dtype=float), abs=1e-3
+    )
     assert after.step == state.step + 1
 
 
@@ -140,6 +142,23 @@ def test_a_known_start_is_where_it_says_and_an_unknown_one_anywhere_in_its_box()
     assert (places.min(axis=1) >= (-1000, -500)).all()
     assert (places.max(axis=1) <= (2000, 1500)).all()
     assert mcl.estimate(unknown).pose == pytest.approx((500.0, 500.0, 0.0))
+
+
+def test_an_uncertain_start_has_the_mean_and_covariance_that_it_says():
+    """Particles and estimate alike; variances within their chi-square spread, correlations within theirs."""
+    n, deviations = 50_000, np.array([40.0, 20.0, 0.1])
+    correlation = np.array([[1.0, -0.4, 0.7], [-0.4, 1.0, 0.2], [0.7, 0.2, 1.0]])
+    covariance = correlation * np.outer(deviations, deviations)
+    start = UncertainStart((500.0, -300.0, 3.1), covariance.tolist())
+    ready = mcl.build(mcl.Mcl(n_particles=n), ROBOT, DT)
+    state = mcl.init(ready, start, KEY)
+    assert mcl.estimate(state).pose == pytest.approx(start.pose)
+    assert mcl.estimate(state).covariance == pytest.approx(covariance)
+    turn = np.angle(np.exp(1j * (mcl.headings(ready, state) - 3.1)))
+    errors = np.column_stack([(mcl.positions(ready, state).T - [500.0, -300.0]), turn]) / deviations
+    limit = 4.5 / math.sqrt(n)
+    assert np.abs(errors.mean(axis=0)).max() < limit
+    assert np.abs(np.cov(errors.T) - correlation).max() < math.sqrt(2) * limit
 
 
 def test_covariance_is_that_of_the_particles_about_the_estimate():

@@ -2,9 +2,10 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from rfiddesign.estimators.start import KnownStart, UnknownStart
+from rfiddesign.estimators.start import KnownStart, UncertainStart, UnknownStart
 
 
 @pytest.mark.parametrize(
@@ -25,3 +26,28 @@ def test_a_known_start_is_finite_and_on_a_floor(pose, words):
 def test_the_box_of_an_unknown_start_is_not_inside_out(bounds):
     with pytest.raises(ValueError, match="start bounds"):
         UnknownStart(bounds)
+
+
+@pytest.mark.parametrize(
+    ("covariance", "words"),
+    [
+        (np.eye(2), r"shape \(2, 2\), must be \(3, 3\)"),
+        (np.diag([1.0, math.nan, 1.0]), "finite"),
+        (np.diag([1.0, -1e-3, 1.0]), "negative variance"),
+        (np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), "negative variance"),
+        (np.array([[1.0, 0.5, 0.0], [0.4, 1.0, 0.0], [0.0, 0.0, 1.0]]), "symmetric"),
+    ],
+)
+def test_an_uncertain_start_has_a_covariance(covariance, words):
+    with pytest.raises(ValueError, match=rf"start covariance.*{words}"):
+        UncertainStart((0.0, 0.0, 0.0), covariance.tolist())
+
+
+def test_an_uncertain_start_may_be_certain_of_an_axis():
+    UncertainStart((0.0, 0.0, 0.0), np.diag([100.0, 100.0, 0.0]).tolist())
+    UncertainStart((0.0, 0.0, 0.0), np.zeros((3, 3)).tolist())
+
+
+def test_an_uncertain_start_is_a_place():
+    with pytest.raises(ValueError, match=r"start pose, y is inf"):
+        UncertainStart((0.0, math.inf, 0.0), np.eye(3).tolist())
