@@ -148,7 +148,12 @@ def report(folder: Path):
 
 @app.command
 def reproduce(
-    name: str, *, quick: Annotated[bool, Parameter(negative=())] = False, out: Path | None = None, workers: Workers = None, json: Json = False
+    name: str,
+    *,
+    quick: Annotated[bool, Parameter(negative=())] = False,
+    out: Path | None = None,
+    workers: Workers = None,
+    json: Json = False,
 ):
     """Simulate a published system again and print its numbers beside the printed ones.
 

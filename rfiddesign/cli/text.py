@@ -77,7 +77,9 @@ def evaluation_lines(summary: dict[str, Any]) -> list[str]:
         found = summary["optimality_gap"]
         exact, ratio = found["reference_position_mean_mm"], found["ratio"]
         spread = "" if ratio["stderr"] is None else f" +- {ratio['stderr']:.2g}"
-        lines.append(f"  optimality gap: {ratio['mean']:.3g}{spread} times the {exact['mean']:.3g} mm of the exact filter")
+        lines.append(
+            f"  optimality gap: {ratio['mean']:.3g}{spread} times the {exact['mean']:.3g} mm of the exact filter"
+        )
     for n_robots, price in summary["price_cents_by_robots"].items():
         lines.append(f"  price for {n_robots} robots: {money(price, summary['currency'])}")
     return lines
@@ -119,7 +121,9 @@ def reproduction_lines(found: Any, folder: Any) -> list[str]:
         published = "" if row.published is None else f"{row.published:.4g}"
         stderr = "" if row.stderr is None else f"{row.stderr:.2g}"
         name = f"{row.row}, {row.metric}"
-        lines.append(f"  {name:<44} {published:>10} {row.measured:>10.4g} {stderr:>9}  {'' if row.unit == '1' else row.unit}")
+        lines.append(
+            f"  {name:<44} {published:>10} {row.measured:>10.4g} {stderr:>9}  {'' if row.unit == '1' else row.unit}"
+        )
     if found.claims:
         lines += ["", "claims"]
     for claim in found.claims:

@@ -1,7 +1,7 @@
 """Extended Kalman filters over the pose that take a read as a quantized place or as a constraint; see ekf.py.
 
-A belief is the arrays pose (3,), covariance (3, 3), search (see `_acquisition_kernels`), memory (n_antennas, 4): whether
-a tag was last read, the tag, its RSSI; and doubt (1,): successive reads that contradicted the belief.
+A belief is the arrays pose (3,), covariance (3, 3), search (see `_acquisition_kernels`), memory (n_antennas, 4):
+whether a tag was last read, the tag, its RSSI; and doubt (1,): successive reads that contradicted the belief.
 """
 
 import math
@@ -291,9 +291,10 @@ def update(key, step, log, t, model, tags, arrays, out, row):
 def track(key, first, last, log, model, tags, arrays, estimates):
     """See `verbs.Kernels`.
 
-    `model` : (kind, whether rule 3 applies, antennas (n, 5): their poses, sine and cosine of their yaws; (slots, period) of their schedule, noise (3, 3), `Shape`
-    as a tuple, (radius of the area, sigma^2 of a read, sigmas beyond which a read contradicts, how many such reads in a
-    row end the belief; 0: none), (is_age_compensated, delay of reads in steps)).
+    `model` : (kind, whether rule 3 applies, antennas (n, 5): their poses, sine and cosine of their yaws; (slots, period)
+    of their schedule, noise (3, 3), `Shape` as a tuple, (radius of the area, sigma^2 of a read, sigmas beyond which a
+    read contradicts, how many such reads in a row end the belief; 0: none), (is_age_compensated, delay of reads in
+    steps)).
     """
     kind, pushes_out, antennas, (slots, period), noise, shape, rules, ages = model
     half_length, half_width, corner, segments, mean, spread, radii = shape

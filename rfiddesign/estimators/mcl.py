@@ -8,6 +8,7 @@ import numpy as np
 from rfiddesign import require
 from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
+from rfiddesign.estimators import _scatter_kernels as scatter_kernels
 from rfiddesign.estimators.start import KnownStart, Start, UncertainStart
 from rfiddesign.estimators.verbs import (
     N_ESTIMATE,
@@ -136,12 +137,14 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
         moments[:3] = pose
     elif isinstance(start, UncertainStart):
         root = np.linalg.cholesky(np.asarray(start.covariance, float) + np.diag([1e-9, 1e-9, 1e-15]))
-        kernels.scatter_about(np.uint64(key), np.asarray(start.pose, float), root, drawn[0, :m], drawn[1, :m], angles)
+        scatter_kernels.scatter_about(
+            np.uint64(key), np.asarray(start.pose, float), root, drawn[0, :m], drawn[1, :m], angles
+        )
         moments[:3] = start.pose
         moments[3:9] = np.asarray(start.covariance, float)[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
     else:
         low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
-        kernels.scatter(np.uint64(key), low_x, low_y, high_x, high_y, drawn[0, :m], drawn[1, :m], angles)
+        scatter_kernels.scatter(np.uint64(key), low_x, low_y, high_x, high_y, drawn[0, :m], drawn[1, :m], angles)
         moments[:3] = (low_x + high_x) / 2, (low_y + high_y) / 2, 0.0
         # Of uniform distributions over the box and the turn.
         moments[[3, 5, 8]] = (high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3

@@ -2,6 +2,7 @@
 
 import math
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -39,7 +40,7 @@ def read_tables(
     field, cell = _soft(area, softness_mm)
     fields = [field]
     radii = (*rssi_radii_mm, 0.0)
-    for outer, inner in zip(radii[:-1], radii[1:], strict=True):
+    for outer, inner in pairwise(radii):
         disc = _soft_disc(outer, field.shape, cell, softness_mm)
         fields.append(disc - _soft_disc(inner, field.shape, cell, softness_mm) if inner > 0 else disc)
     tables = _log_tables(fields, field, read_probability)

@@ -9,7 +9,7 @@ from rfiddesign.catalog import Antenna, antenna
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
 from rfiddesign.floor import Floor, rectangle_floor
-from rfiddesign.geometry import LAYOUTS, Disc, Rectangle, ReaderLayout, make_layout, make_pattern, single
+from rfiddesign.geometry import LAYOUTS, Disc, ReaderLayout, Rectangle, make_layout, make_pattern, single
 from rfiddesign.reproduce.config import CaseSection, ExpectedFile, ReproductionFile, RouteSection, RowSection
 from rfiddesign.simulation.fixed_route import FixedRoute, circle
 from rfiddesign.simulation.scenario import Routes, Scenario

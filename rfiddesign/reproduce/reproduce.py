@@ -85,7 +85,9 @@ def reproduce(
     more, figures = ANALYSES[file.analysis](context)
     rows += more
     measured = {(row.table, row.row, row.metric): row.measured for row in rows}
-    claims = tuple(Claim(claim, measured.get((claim.table, claim.row, claim.metric))) for claim in loaded.expected.claims)
+    claims = tuple(
+        Claim(claim, measured.get((claim.table, claim.row, claim.metric))) for claim in loaded.expected.claims
+    )
     return Reproduced(loaded.name, file.title, is_quick, tuple(rows), claims, figures)
 
 

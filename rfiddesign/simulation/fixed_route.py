@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class FixedRoute:
         """Whole steps for each leg and each stay."""
         n_stay = round(self.stay_s / dt_s)
         parts = []
-        for begin, end in zip(waypoints[:-1], waypoints[1:], strict=True):
+        for begin, end in pairwise(waypoints):
             n_leg = math.ceil(float(np.hypot(*(end - begin))) / (self.speed_mm_per_s * dt_s))
             leg = drive(
                 np.array([begin, end]), self.speed_mm_per_s, heading, self.turn_rate_rad_per_s, dt_s, n_leg

@@ -9,8 +9,8 @@ from rfiddesign.design import Design, check_design, check_tag_spacing
 from rfiddesign.errors import StudyError
 from rfiddesign.evaluate import evaluate, optimality_gap
 from rfiddesign.optimize import unbuildable
-from rfiddesign.study.estimators import reference_of
 from rfiddesign.study.document import antenna_poses, blind_records, coverage_record
+from rfiddesign.study.estimators import reference_of
 from rfiddesign.study.load import Study, check_tag_count, design_of, floor_of, scenario_of, space_of
 from rfiddesign.study.pipeline import price_design
 from rfiddesign.study.run_study import sensitivity

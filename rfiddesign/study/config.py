@@ -197,7 +197,9 @@ class FieldSection(Section):
     """What a filter with the detection field as likelihood believes of the readers."""
 
     uses_rssi: bool = True
-    learns_from_nothing: bool = Field(True, description="a poll without a read speaks against places with a tag in view")
+    learns_from_nothing: bool = Field(
+        True, description="a poll without a read speaks against places with a tag in view"
+    )
     softness_mm: Annotated[float, Field(ge=0, le=1e4)] | None = Field(
         None, description="blur of the field's border; default: 1 mm and the installation error, squares added"
     )
@@ -254,7 +256,7 @@ class HistogramSection(FieldSection):
 
     cell_mm: Annotated[float, Field(ge=0.5, le=100)] = 6.0
     cell_deg: Annotated[float, Field(ge=0.05, le=15)] = 1.5
-    n_cells: Annotated[int, Field(ge=11, le=501)] = 61
+    n_cells: Annotated[int, Field(ge=11, le=501)] = 91
     n_headings: Annotated[int, Field(ge=11, le=241)] = 41
 
 

@@ -84,9 +84,7 @@ def _field(section: FieldSection, world: WorldSection) -> dict:
 
 def _particle_filter(choice: EstimatorChoice, world: WorldSection) -> ParticleFilter:
     section = choice.particle_filter
-    return ParticleFilter(
-        n_particles=section.n_particles, reinitialize=section.reinitialize, **_field(section, world)
-    )
+    return ParticleFilter(n_particles=section.n_particles, reinitialize=section.reinitialize, **_field(section, world))
 
 
 def _ekf(kind: str) -> Callable[[EstimatorChoice, WorldSection], Ekf]:
@@ -107,9 +105,7 @@ def _ekf(kind: str) -> Callable[[EstimatorChoice, WorldSection], Ekf]:
 
 def _markov(choice: EstimatorChoice, world: WorldSection) -> Markov:
     section = choice.markov
-    return Markov(
-        motion=motion_of(section.odometry or world.odometry), **section.model_dump(exclude={"odometry"})
-    )
+    return Markov(motion=motion_of(section.odometry or world.odometry), **section.model_dump(exclude={"odometry"}))
 
 
 def _geometric(method: str) -> Callable[[EstimatorChoice, WorldSection], Geometric]:

@@ -110,7 +110,14 @@ OnStage = Callable[[Stage], None]
 def study_hash(study: Study) -> str:
     """Hash of everything that the answer depends on: study, prices, catalog, map and version of the program."""
     digest = hashlib.sha256()
-    parts = [__version__, str(RUNS_FORMAT), repr(antennas()), repr(readers()), study.file.model_dump_json(), repr(study.prices)]
+    parts = [
+        __version__,
+        str(RUNS_FORMAT),
+        repr(antennas()),
+        repr(readers()),
+        study.file.model_dump_json(),
+        repr(study.prices),
+    ]
     for part in parts:
         digest.update(part.encode())
         digest.update(b"\0")

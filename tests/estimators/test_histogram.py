@@ -192,8 +192,8 @@ def test_at_one_heading_it_equals_convolutions_on_a_fine_grid():
 FLOOR = rectangle_floor(6_000, 5_000, footprint_radius_mm=320)
 CROSS = Design(make_layout("cross-8"), antenna("60x60"), make_pattern("square", tags_per_m2=100))
 NAVIFLOOR = Design(CENTRED, antenna("navifloor"), make_pattern("square", pitch_mm=250))
-# Narrower than NaviFloor's start: from there the particle filter at first leaves out what was not read, and even 100,000
-# particles lose places that they should keep.
+# Narrower than NaviFloor's start: from there the particle filter at first leaves out what was not read, and even
+# 100,000 particles lose places that they should keep.
 OF_NAVIFLOOR = np.diag([20.0**2, 20.0**2, math.radians(4.0) ** 2])
 
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from rfiddesign.estimators import _mcl_kernels as kernels
+from rfiddesign.estimators import _scatter_kernels as scatter_kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
 from rfiddesign.estimators._particle_kernels import LOG
 from rfiddesign.geometry import between, compose, to_local, transform_points
@@ -230,7 +231,7 @@ def restarted(particles, log_weights, log_alpha, reads, n_reads, step=0):
     drawn, headings = drawn_of(*particles)
     drawn[2, :n] = log_weights
     drawn[2, n:] = -1e3
-    n_restarted = kernels.reinitialize(KEY, step, np.float32(log_alpha), reads, n_reads, n, drawn, headings)
+    n_restarted = scatter_kernels.reinitialize(KEY, step, np.float32(log_alpha), reads, n_reads, n, drawn, headings)
     # What lies beyond the last particle is none.
     assert (drawn[:2, n:] == -7).all()
     assert (headings[n:] == -7).all()
@@ -279,7 +280,7 @@ def test_restarts_of_different_steps_differ():
 def test_a_start_anywhere_fills_the_box_evenly_with_every_heading():
     n = 20_000
     x, y, heading = np.empty(n, np.float32), np.empty(n, np.float32), np.empty(n, np.int32)
-    kernels.scatter(KEY, -100.0, 50.0, 300.0, 60.0, x, y, heading)
+    scatter_kernels.scatter(KEY, -100.0, 50.0, 300.0, 60.0, x, y, heading)
     parts = (x.astype(float) + 100) / 400, (y.astype(float) - 50) / 10, heading / 2.0**32 + 0.5
     for part in parts:
         assert stats.kstest(part, "uniform").pvalue > 1e-3

@@ -6,7 +6,7 @@ from numba import njit
 
 from rfiddesign.geometry import Disc, Ellipse, PolygonArea, ProbabilityMap, Rectangle, Ring, RoundedRectangle
 from rfiddesign.models.read_field import read_field
-from rfiddesign.simulation._recording_kernels import read_chance
+from rfiddesign.simulation._poll_kernels import read_chance
 
 RNG = np.random.Generator(np.random.PCG64(3))
 EXACT = [Disc(30.0), Disc(9.0), Rectangle(320.0, 230.0), Rectangle(20.0, 90.0), RoundedRectangle(80.0, 60.0, 12.0)]

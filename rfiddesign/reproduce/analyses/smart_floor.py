@@ -8,6 +8,7 @@ from scipy.spatial import cKDTree
 
 from rfiddesign.floor import build_tag_map
 from rfiddesign.geometry import TagPattern, make_pattern
+from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.report.figures.style import CYCLE, LINE_STYLES, new_figure, styled
 from rfiddesign.reproduce.context import Context
 from rfiddesign.reproduce.rows import Row, row_of
@@ -15,7 +16,6 @@ from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.record import record
 from rfiddesign.simulation.run import Trace, key_of
 from rfiddesign.simulation.scenario import World
-from rfiddesign.models.motion import OmnidirectionalMotion
 
 TABLE = "figure 5"
 ROWS = ("odometry", "X-Y", "X-Y-theta")
