@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
 
+from rfiddesign.numerics import _lane_kernels as lanes
 from rfiddesign.numerics import _math_kernels as kernels
+from rfiddesign.numerics._lane_kernels import LANES
 from rfiddesign.numerics._math_kernels import BINARY_UNITS_PER_RADIAN, RADIANS_PER_BINARY_UNIT, atan2_64
 
 RNG = np.random.Generator(np.random.PCG64(1))
@@ -30,6 +32,14 @@ def sin_cos_64_of(thetas, sines, cosines):
 def exp_of(x, out):
     for i in range(x.size):
         out[i] = kernels.exp_32(x[i])
+
+
+@njit
+def log_of(x, one_by_one, by_lanes):
+    for i in range(x.size):
+        one_by_one[i] = kernels.log_32(x[i])
+    for i in range(0, x.size, LANES):
+        lanes.store(by_lanes, i, kernels.log_32(lanes.load(x, i)))
 
 
 @njit
@@ -74,6 +84,16 @@ def test_exp_is_within_its_stated_relative_error():
     exp_of(x, out)
     assert (np.abs(out / np.exp(x.astype(float)) - 1) < 2e-7 + 7.5e-8 * np.abs(x)).all()
     assert out[x == 0.0].tolist() == [1.0] * np.count_nonzero(x == 0.0)
+
+
+def test_log_is_within_its_stated_error_one_by_one_and_by_lanes():
+    x = np.concatenate([np.geomspace(1.2e-38, 3e38, 100_000), RNG.uniform(0.5, 2.0, 100_000)]).astype(np.float32)
+    out, by_lanes = np.empty_like(x), np.empty_like(x)
+    log_of(x, out, by_lanes)
+    exact = np.log(x.astype(float))
+    assert (np.abs(out - exact) < 4e-7 + 1.5e-7 * np.abs(exact)).all()
+    assert np.array_equal(out, by_lanes)
+    assert kernels.log_32(np.float32(1.0)) == 0.0
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)
