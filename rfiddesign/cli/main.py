@@ -159,7 +159,7 @@ def reproduce(
 
     Parameters
     ----------
-    name : folder of a reproduction, or its name in studies/.
+    name : folder of a reproduction, its study.toml, or its name in studies/.
     quick : reduced numbers of runs, for a look or for CI.
     out : folder for rows and figures; default: results/NAME.
     """

@@ -1,8 +1,10 @@
 """What commands print for people."""
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from rfiddesign.optimize.space import ANY_LAYOUT
 from rfiddesign.results.study_result import AnswerRecord, StudyResult
 from rfiddesign.units import DEG_PER_RAD, money
 
@@ -52,13 +54,25 @@ def check_lines(summary: dict[str, Any]) -> list[str]:
             lines.append(f"          {row['name']} = {row['value']:g}: {row['area_m2']:,.1f} m2")
     lines += [
         f"space   {space['n_combinations']:,} designs, {space['n_unbuildable']:,} cannot be built",
-        *(
-            f"          {pair['layout']} with {pair['antenna']}: {pair['reason'].split(';')[0]}"
-            for pair in space["unbuildable"]
-        ),
+        *_unbuildable_lines(space["unbuildable"]),
         f"fleet   {', '.join(str(n) for n in summary['fleet'])} robots",
     ]
     return lines
+
+
+def _unbuildable_lines(faults: list[dict[str, str]]) -> list[str]:
+    """One line for each pair of layout and antenna, and one for each antenna that sees too much of some patterns."""
+    counts = Counter((fault["layout"], fault["antenna"]) for fault in faults)
+    lines = {}
+    for fault in faults:
+        pair, reason = (fault["layout"], fault["antenna"]), fault["reason"].split(";")[0]
+        if fault["layout"] == ANY_LAYOUT:
+            number = counts[pair]
+            dense = "1 pattern is" if number == 1 else f"{number} patterns are"
+            lines[pair] = f"          {fault['antenna']} with any layout: {reason}; {dense} too dense for that"
+        else:
+            lines[pair] = f"          {fault['layout']} with {fault['antenna']}: {reason}"
+    return list(lines.values())
 
 
 def evaluation_lines(summary: dict[str, Any]) -> list[str]:
@@ -114,16 +128,15 @@ def reproduction_lines(found: Any, folder: Any) -> list[str]:
     """Tables of `reproduce`: what was published beside what was measured, and the claims."""
     lines = [found.title]
     table = None
+    width = max(len(f"{row.row}, {row.metric}") for row in found.rows)
     for row in found.rows:
         if row.table != table:
             table = row.table
-            lines += ["", f"{table:<46} {'published':>10} {'measured':>10} {'+-':>9}  unit"]
+            lines += ["", f"{table:<{width + 2}} {'published':>10} {'measured':>10} {'+-':>9}  unit"]
         published = "" if row.published is None else f"{row.published:.4g}"
         stderr = "" if row.stderr is None else f"{row.stderr:.2g}"
-        name = f"{row.row}, {row.metric}"
-        lines.append(
-            f"  {name:<44} {published:>10} {row.measured:>10.4g} {stderr:>9}  {'' if row.unit == '1' else row.unit}"
-        )
+        name, unit = f"{row.row}, {row.metric}", "" if row.unit == "1" else row.unit
+        lines.append(f"  {name:<{width}} {published:>10} {row.measured:>10.4g} {stderr:>9}  {unit}".rstrip())
     if found.claims:
         lines += ["", "claims"]
     for claim in found.claims:

@@ -54,6 +54,7 @@ class Unbuildable:
     numbers: frozenset[int]
 
 
+#: Stands for the layout where antenna and pattern are at fault.
 ANY_LAYOUT = "any layout"
 
 

@@ -2,10 +2,12 @@
 
 import csv
 import io
+import re
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
+from rfiddesign.optimize.space import ANY_LAYOUT
 from rfiddesign.report.contents import Answer, Contents
 from rfiddesign.report.words import count, exact_amount, grouped, in_unit, metric_value, percent, plotted_metric
 from rfiddesign.results.folder import write_text
@@ -15,6 +17,8 @@ from rfiddesign.units import money
 COST_HEADER = ("group", "item", "quantity", "unit", "unit_price", "currency", "amount", "source")
 #: A cell that begins with one of these may be taken for a formula by a spreadsheet.
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
+
+TWO_TAGS = "a reader that must see one tag at a time may see two"
 
 AREA_NAMES = {
     "chosen": "as chosen",
@@ -210,22 +214,27 @@ def screen_table(result: StudyResult) -> Table:
     """What became of the combinations of the space before the first run."""
     space = result.space
     rows = [("combinations of all variables", f"{space.n_combinations:,}")]
-    rows.append(("cannot be built: antennas overlap or stick out of the robot", f"−{space.n_unbuildable:,}"))
+    kinds = ["antennas overlap or stick out of the robot"]
+    if any(fault.layout == ANY_LAYOUT for fault in space.unbuildable):
+        kinds.append(TWO_TAGS)
+    rows.append((f"cannot be built: {', or '.join(kinds)}", f"−{space.n_unbuildable:,}"))
     for screen in space.screens:
         rows.append((f"screened out untested ({screen.kind}): {screen.rule}", f"−{screen.n_removed:,}"))
     return Table(("Designs", "Number"), tuple(rows), (1,), ("candidates of the search", f"{space.n_candidates:,}"))
 
 
 def unbuildable_table(result: StudyResult) -> Table:
-    """Pairs of layout and antenna that cannot be built, by reason and antenna."""
+    """What cannot be built, by reason and antenna: layouts that do not take it, patterns too dense for its reader."""
     groups: dict[tuple[str, str], list[str]] = {}
-    for pair in result.space.unbuildable:
-        groups.setdefault((_kind_of(pair.reason), pair.antenna), []).append(pair.layout)
+    for fault in result.space.unbuildable:
+        is_pattern = fault.layout == ANY_LAYOUT
+        kind, which = (TWO_TAGS, _pattern_of(fault.reason)) if is_pattern else (_kind_of(fault.reason), fault.layout)
+        groups.setdefault((kind, fault.antenna), []).append(which)
     rows = tuple(
-        (reason, f"{antenna} mm", f"{len(layouts)}", ", ".join(layouts))
-        for (reason, antenna), layouts in sorted(groups.items())
+        (kind, f"{antenna} mm", count(len(names), "pattern" if kind == TWO_TAGS else "layout"), ", ".join(names))
+        for (kind, antenna), names in sorted(groups.items())
     )
-    return Table(("Reason", "Antenna", "Layouts", "Which"), rows, (2,))
+    return Table(("Reason", "Antenna", "How many", "Which"), rows, (2,))
 
 
 def assumption_table(result: StudyResult) -> Table:
@@ -244,6 +253,12 @@ def _kind_of(reason: str) -> str:
         kind for word, kind in (("overlap", "overlap"), ("sticks out", "stick out of the robot")) if word in reason
     ]
     return f"antennas {' and '.join(kinds)}" if kinds else reason
+
+
+def _pattern_of(reason: str) -> str:
+    """The pattern that a reason names, as "square 100 tags/m²"; the whole reason if it names none."""
+    found = re.search(r"pattern (.+) with (\S+) tags/m2", reason)
+    return f"{found[1]} {found[2]} tags/m²" if found else reason
 
 
 def _winner_cell(answer: Answer, words) -> str:

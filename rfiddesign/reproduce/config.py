@@ -21,6 +21,7 @@ from rfiddesign.study.config import (
 
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
 Runs = Annotated[int, Field(ge=1, le=100_000)]
 Analysis = Literal["hf_multireader", "navifloor", "smart_floor", "none"]
 
@@ -59,11 +60,11 @@ class CaseSection(EstimatorChoice):
     pattern: PatternKind = "square"
     tags_per_m2: Density | None = None
     pitch_mm: Pitch | None = None
-    floor_m: Annotated[list[Positive], Field(min_length=2, max_length=2)] = [6.0, 6.0]
+    floor_m: Annotated[list[Positive], Field(min_length=2, max_length=2)] = Field([6.0, 6.0])
     route: RouteSection = RouteSection()
     world: WorldSection = WorldSection()
     start: Literal["known", "unknown", "two_tags"] = "known"
-    start_offset_mm: Point = [0.0, 0.0]
+    start_offset_mm: Point = Field([0.0, 0.0])
     start_offset_rad: Annotated[float, Field(ge=-10, le=10)] = 0.0
     dt_s: Annotated[float, Field(ge=1e-3, le=10)] = 0.05
     duration_s: Annotated[float, Field(gt=0, le=36_000)] | None = Field(None, description="default: the whole route")
@@ -110,10 +111,19 @@ class ReproductionFile(Section):
     runs: Runs = Field(100, description="runs per row")
     quick_runs: Runs = Field(5, description="runs per row with --quick")
     analysis: Analysis = Field("none", description="what is worked out beside the rows")
-    layouts: dict[Name, dict[str, Any]] = {}
-    antennas: dict[Name, AntennaSection] = {}
+    layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of its own, by name")
+    antennas: dict[Name, AntennaSection] = Field({}, description="antennas that the catalog does not have")
     base: dict[str, Any] = Field({}, description="the case that every row starts from")
     rows: Annotated[list[RowSection], Field(min_length=1, max_length=1000)]
+
+    @model_validator(mode="after")
+    def _distinct(self) -> "ReproductionFile":
+        seen = set()
+        for row in self.rows:
+            if (row.table, row.row) in seen:
+                raise ValueError(f"rows names ({row.table}, {row.row}) twice")
+            seen.add((row.table, row.row))
+        return self
 
 
 class ClaimSection(Section):
@@ -122,8 +132,8 @@ class ClaimSection(Section):
     table: Name
     row: Name
     metric: Name
-    at_least: float | None = None
-    at_most: float | None = None
+    at_least: Finite | None = None
+    at_most: Finite | None = None
 
     @model_validator(mode="after")
     def _some_bound(self) -> "ClaimSection":
@@ -135,5 +145,5 @@ class ClaimSection(Section):
 class ExpectedFile(Section):
     """What was published: numbers by table, row and metric; and what is claimed of the measured ones."""
 
-    published: dict[Name, dict[Name, dict[Name, float]]] = {}
-    claims: list[ClaimSection] = []
+    published: dict[Name, dict[Name, dict[Name, Finite]]] = Field({})
+    claims: list[ClaimSection] = Field([])

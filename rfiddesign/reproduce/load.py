@@ -52,7 +52,7 @@ class Case:
 
 
 def load_reproduction(name: str) -> Reproduction:
-    """Read the reproduction in the folder `name`, or in studies/`name` here or beside the package.
+    """Read the reproduction in the folder (or of the study file) `name`, or in studies/`name` here or by the package.
 
     Raises
     ------
@@ -89,11 +89,10 @@ def case_of(loaded: Reproduction, row: RowSection) -> Case:
     try:
         section = validate(CaseSection, data, loaded.path)
     except StudyError as error:
-        raise StudyError(f"{key}: {error}") from None
+        place = f"{key}: {error.key}" if error.key else key
+        raise StudyError(error.problem, file=loaded.path, key=place) from None
     try:
         return build_case(section, loaded.file)
-    except StudyError:
-        raise
     except ValueError as error:
         raise StudyError(str(error), file=loaded.path, key=key) from None
 
@@ -168,7 +167,8 @@ def _layout(name: str, own: dict[str, dict[str, Any]]) -> ReaderLayout:
 
 def _folder_of(name: str) -> Path:
     beside = Path(__file__).parents[2] / STUDIES
-    candidates = [Path(name), Path(STUDIES) / name, beside / name]
+    given = Path(name)
+    candidates = [given.parent if given.name == FILE_NAME else given, Path(STUDIES) / name, beside / name]
     for folder in candidates:
         if (folder / FILE_NAME).is_file():
             return folder

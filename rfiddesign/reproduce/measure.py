@@ -9,8 +9,8 @@ from rfiddesign.reproduce.load import Case
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.run import Trace
 
-# A robot that moves less than this in a step stands [mm].
-_STANDS_MM = 1e-6
+# A robot that moves or turns less than this in a step stands [mm, rad].
+_STANDS = 1e-6
 
 Errors = dict[str, np.ndarray]
 
@@ -32,13 +32,15 @@ def metrics_of(trace: Trace, case: Case) -> dict[str, float]:
     """Errors of a run: mean, maximum and variance of |x|, |y|, |theta| and of the distance, and root mean squares.
 
     `x_mm`, `y_mm`, `theta_rad`, `position_mm` are means over the steps that count, `*_max` and `*_var` the largest and
-    the variance; `rmse_mm` is that of the distance, `theta_rmse_deg` of the heading.
+    the variance; `rmse_mm` is that of the distance, `theta_rmse_deg` of the heading.  All are nan if no step counts.
     """
     first = max(round(case.section.settle_s / trace.dt_s), 0) + 1
     off = trace.poses[first:] - trace.true_poses[first:]
     if case.section.scores_standing_only:
-        moved = np.hypot(*np.diff(trace.true_poses[first - 1 :, :2], axis=0).T)
-        off = off[moved < _STANDS_MM]
+        moved = np.abs(np.diff(trace.true_poses[first - 1 :], axis=0))
+        off = off[(moved < _STANDS).all(axis=1)]
+    if not off.size:
+        return dict.fromkeys(METRICS, math.nan)
     turn = np.abs((off[:, 2] + math.pi) % (2 * math.pi) - math.pi)
     errors = {
         "x_mm": np.abs(off[:, 0]),

@@ -68,7 +68,7 @@ def unit_of(metric: str) -> str:
     name, power = (metric.removesuffix("_var"), "^2") if metric.endswith("_var") else (metric, "")
     name = name.removesuffix("_max")
     for suffix, unit in (("_mm", "mm"), ("_rad", "rad"), ("_deg", "deg"), ("_m", "m")):
-        if name.endswith(suffix):
+        if f"_{name}".endswith(suffix):
             return unit + power
     return "1"
 

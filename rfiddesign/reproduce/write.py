@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 from rfiddesign.report.figures.drawing import svg_of, write_figure
+from rfiddesign.report.tables import plain_cell
 from rfiddesign.reproduce.reproduce import Reproduced
 from rfiddesign.reproduce.rows import rounded
 from rfiddesign.results.folder import write_text
@@ -23,10 +24,12 @@ def write_reproduction(found: Reproduced, folder: Path) -> None:
 
 
 def _csv(found: Reproduced) -> str:
+    """The rows for a spreadsheet, which must not take a name for a formula."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(("table", "row", "metric", "published", "measured", "stderr", "unit"))
     for row in found.rows:
+        names = (plain_cell(name) for name in (row.table, row.row, row.metric))
         numbers = (row.published, rounded(row.measured), rounded(row.stderr))
-        writer.writerow((row.table, row.row, row.metric, *("" if n is None else n for n in numbers), row.unit))
+        writer.writerow((*names, *("" if n is None else n for n in numbers), row.unit))
     return text.getvalue()

@@ -2,12 +2,12 @@
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
 from rfiddesign import require
 from rfiddesign.floor.plan import MAX_EXTENT_MM
+from rfiddesign.numerics._math_kernels import atan2_64
 from rfiddesign.numerics._noise_kernels import STREAM_PLACE, fill_fine_uniform, step_key
 from rfiddesign.simulation.trajectory import drive
 
@@ -26,7 +26,7 @@ class FixedRoute:
     speed_mm_per_s : speed between them [mm/s].
     heading_rad : heading held all the way; None: the robot faces where it drives and turns in place at corners.
     turn_rate_rad_per_s : speed of these turns [rad/s].
-    stay_s : how long the robot stands at every corner, the first and the last included [s].
+    stay_s : how long the robot stands at every corner, the first and the last included, before it turns [s].
     shift_mm : each run shifts the route by up to half of this in x and in y, uniformly [mm].
     is_turned : each run turns route and heading about the route's middle by any angle, uniformly.
     """
@@ -80,21 +80,38 @@ class FixedRoute:
         heading = None if self.heading_rad is None else self.heading_rad + turn
         if self.stay_s == 0.0:
             return drive(waypoints, self.speed_mm_per_s, heading, self.turn_rate_rad_per_s, dt_s, n_steps)
-        return self._with_stays(waypoints, heading, dt_s, n_steps)
+        return _poses_at(self._milestones(waypoints, heading), dt_s * np.arange(n_steps + 1))
 
-    def _with_stays(self, waypoints: np.ndarray, heading: float | None, dt_s: float, n_steps: int) -> np.ndarray:
-        """Whole steps for each leg and each stay."""
-        n_stay = round(self.stay_s / dt_s)
-        parts = []
-        for begin, end in pairwise(waypoints):
-            n_leg = math.ceil(float(np.hypot(*(end - begin))) / (self.speed_mm_per_s * dt_s))
-            leg = drive(
-                np.array([begin, end]), self.speed_mm_per_s, heading, self.turn_rate_rad_per_s, dt_s, n_leg
-            )  # fmt: skip
-            parts += [np.repeat(leg[:1], n_stay, axis=0), leg[:-1]]
-        last = np.array([[*waypoints[-1], parts[-1][-1, 2]]])
-        poses = np.concatenate([*parts, np.repeat(last, max(n_stay, 1), axis=0)])[: n_steps + 1]
-        return np.concatenate([poses, np.repeat(last, n_steps + 1 - len(poses), axis=0)])
+    def _milestones(self, waypoints: np.ndarray, held: float | None) -> np.ndarray:
+        """Times [s] and poses (k, 4) between which the robot stands, turns in place or drives, evenly."""
+        legs = np.diff(waypoints, axis=0)
+        # A corner named twice is stood at twice and not turned at.
+        ways = [leg for leg in legs if leg.any()] if held is None else []
+        heading = held if held is not None else atan2_64(ways[0][1], ways[0][0]) if ways else 0.0
+        time, back, rows = 0.0, None, []
+        for corner, leg in zip(waypoints[:-1], legs, strict=True):
+            rows += [(time, *corner, heading), (time + self.stay_s, *corner, heading)]
+            time += self.stay_s
+            if not leg.any():
+                continue
+            if held is None and back is not None:
+                # The short way round.
+                turn = atan2_64(back[0] * leg[1] - back[1] * leg[0], back[0] * leg[0] + back[1] * leg[1])
+                heading, time = heading + turn, time + abs(turn) / self.turn_rate_rad_per_s
+                rows.append((time, *corner, heading))
+            back, time = leg, time + math.hypot(*leg) / self.speed_mm_per_s
+        # There it stays for good.
+        rows += [(time, *waypoints[-1], heading), (time + 1.0, *waypoints[-1], heading)]
+        return np.array(rows)
+
+
+def _poses_at(milestones: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Poses (n, 3) at some times (n,), evenly between those of the milestones (k, 4) and after the last as there."""
+    at = milestones[:, 0]
+    k = np.clip(np.searchsorted(at, times, side="right") - 1, 0, len(at) - 2)
+    share = np.clip((times - at[k]) / (at[k + 1] - at[k]), 0.0, 1.0)[:, None]
+    begin, end = milestones[k, 1:], milestones[k + 1, 1:]
+    return begin + share * (end - begin)
 
 
 def circle(

@@ -1,9 +1,9 @@
 """What an answer rests on, in rows that a report can print."""
 
-from rfiddesign.catalog import antennas
+from rfiddesign.catalog import antennas, readers
 from rfiddesign.models.motion import DifferentialMotion, OmnidirectionalMotion
 from rfiddesign.results.study_result import Assumption
-from rfiddesign.study.config import MclSection, OdometrySection, Section, StudyFile
+from rfiddesign.study.config import FaultsSection, MclSection, OdometrySection, Section, StudyFile, WorldSection
 from rfiddesign.study.estimators import motion_of
 from rfiddesign.study.load import Study
 
@@ -11,6 +11,11 @@ STUDY_FILE = "study file"
 PAPER = "hf_multireader_mcl"
 NAVIFLOOR = "rssi_kalman_navifloor"
 DEFAULT_SHAPE = (MclSection().sigma_per_radius, MclSection().beta)
+ODOMETRY_SOURCES = {
+    "omnidirectional": f"{PAPER}, eq. 1",
+    "mecanum": f"{NAVIFLOOR}, section V-C",
+    "differential": "R. Siegwart, I. Nourbakhsh: Introduction to Autonomous Mobile Robots, eq. 5.13",
+}
 # What each estimator is, and where it comes from.
 ESTIMATOR_WORDS = {
     "mcl": ("Monte-Carlo localization", f"{PAPER}, Algorithm 1"),
@@ -41,18 +46,15 @@ def assumptions(study: Study) -> list[Assumption]:
         ("speed of turns in place", f"{scenario.turn_rate_deg_per_s:g} deg/s", STUDY_FILE),
         ("start", scenario.start, STUDY_FILE),
         ("age of reads", "compensated" if filter_.is_age_compensated else "ignored", STUDY_FILE),
-        (
-            "odometry noise (true)",
-            _odometry(world.odometry),
-            f"{PAPER}, eq. 1; size: {_source(_odometry(world.odometry), _odometry(OdometrySection()))}",
-        ),
-        (
-            "odometry noise (believed)",
-            _odometry(believed),
-            STUDY_FILE,
-        ),
+        ("odometry noise (true)", _odometry(world.odometry), _odometry_source(world.odometry)),
+        ("odometry noise (believed)", _odometry(believed), STUDY_FILE),
+        ("systematic faults of the odometry", _faults(world.faults), STUDY_FILE),
+        ("reader", file.robot.reader, readers()[file.robot.reader].source),
         ("chance that a poll with a tag in view reads", f"{world.read_probability:g}", STUDY_FILE),
-        ("polling", world.polling, STUDY_FILE),
+        ("tags in view that answer to a poll", world.answers, STUDY_FILE),
+        ("polling", _polling(world), STUDY_FILE),
+        ("time a tag must be in the field to answer", f"{world.read_time_s:g} s", STUDY_FILE),
+        ("delay of reads, of which the filter is not told", f"{world.delay_s:g} s", STUDY_FILE),
         (
             "installation error of a tag, per axis",
             f"{world.installation_error_mm:g} mm, drawn anew in every drive: the promise is over all such floors",
@@ -96,13 +98,9 @@ def _settings(section: Section) -> str:
 
 
 def _word(value: object) -> str:
-    return (
-        ("yes" if value else "no")
-        if isinstance(value, bool)
-        else f"{value:g}"
-        if isinstance(value, float)
-        else str(value)
-    )
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _odometry(section: OdometrySection) -> str:
@@ -117,6 +115,21 @@ def _odometry(section: OdometrySection) -> str:
         f" {motion.noise_heading_rad_per_sqrt_m:g} rad per sqrt(m), {motion.noise_heading_rad_per_sqrt_rad:g} rad per"
         " sqrt(rad)"
     )
+
+
+def _odometry_source(section: OdometrySection) -> str:
+    size = _source(_odometry(section), _odometry(OdometrySection()))
+    return f"{ODOMETRY_SOURCES[section.model]}; size: {size}"
+
+
+def _faults(section: FaultsSection) -> str:
+    """The faults that there are."""
+    there = {key: value for key, value in section.model_dump().items() if value}
+    return ", ".join(f"{key} {value:g}" for key, value in there.items()) or "none"
+
+
+def _polling(section: WorldSection) -> str:
+    return section.polling + (f", {section.poll_s:g} s per poll" if section.polling == "multiplexed" else "")
 
 
 def _source(value: object, calibrated: object) -> str:

@@ -110,8 +110,8 @@ class OdometrySection(Section):
 
     "omnidirectional": white noise of the velocity (hf_multireader_mcl, eq. 1), `noise_mm_per_s` and `noise_rad_per_s`.
     "mecanum": noise that grows with the way, `noise_mm_per_sqrt_m`, `noise_sideways_mm_per_sqrt_m` (as forward unless
-    given), `noise_rad_per_sqrt_m`, and with turns, `noise_rad_per_sqrt_rad`.  "differential": `wheel_noise_mm_per_sqrt_m`
-    of two wheels `track_mm` apart.
+    given), `noise_rad_per_sqrt_m`, and with turns, `noise_rad_per_sqrt_rad`.  "differential": noise of two wheels
+    `track_mm` apart, `wheel_noise_mm_per_sqrt_m`.
     """
 
     model: Literal["omnidirectional", "mecanum", "differential"] = "omnidirectional"

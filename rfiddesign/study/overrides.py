@@ -18,7 +18,8 @@ _EXCLUSIVE = {"design.tags_per_m2": "pitch_mm", "design.pitch_mm": "tags_per_m2"
 def settable_keys(section: str = "mcl") -> dict[str, str]:
     """Short name of every settable key to its dotted path; a path is a name of itself.
 
-    A name that several estimators have means that of the estimator set by `section`.
+    A name that several estimators have means that of the estimator set by `section`; one that the world has, too, means
+    the world.
     """
     paths = list(_paths(StudyFile, ()))
     names: dict[str, list[str]] = {}
@@ -26,6 +27,8 @@ def settable_keys(section: str = "mcl") -> dict[str, str]:
         names.setdefault(path.rsplit(".", 1)[-1], []).append(path)
     short = {name: found[0] for name, found in names.items() if len(found) == 1}
     short |= {name: f"{section}.{name}" for name, found in names.items() if f"{section}.{name}" in found}
+    # What is true comes before what a filter believes of it.
+    short |= {name: f"world.{name}" for name, found in names.items() if f"world.{name}" in found}
     # A variable of the space means the design at hand.
     short |= {name: f"design.{name}" for name in DesignSection.model_fields}
     return short | {path: path for path in paths}
@@ -34,7 +37,8 @@ def settable_keys(section: str = "mcl") -> dict[str, str]:
 def apply_overrides(data: dict[str, Any], settings: tuple[str, ...]) -> dict[str, Any]:
     """A copy of a study file's data with each KEY=VALUE set; StudyError for an unknown key."""
     result = _copy(data)
-    chosen = [parse_value(text.partition("=")[2].strip()) for text in settings if text.startswith("estimator=")]
+    pairs = [setting.partition("=") for setting in settings]
+    chosen = [parse_value(text.strip()) for name, _, text in pairs if name.strip() == "estimator"]
     estimator = (chosen or [data.get("estimator")])[-1]
     keys = settable_keys(SECTIONS.get(estimator if isinstance(estimator, str) else None, "mcl"))
     for setting in settings:

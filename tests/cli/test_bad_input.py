@@ -194,6 +194,27 @@ def test_a_folder_without_write_permission_is_refused(cli, tiny):
         (["--set", "n_particles=1"], "mcl.n_particles: found 1; input should be greater than or equal to 2"),
         (["--set", "reinitialize=maybe"], "mcl.reinitialize: found 'maybe'; input should be a valid boolean"),
         (["--set", "start=lost"], "scenario.start: found 'lost'; input should be 'known' or 'unknown'"),
+        (
+            ["--set", "estimator=kalman"],
+            "study.toml: estimator: found 'kalman'; input should be 'mcl', 'particle_filter'",
+        ),
+        (
+            ["--set", "reader=mine"],
+            "study.toml: robot.reader: reader is 'mine', must be one of hf-anticollision, goett",
+        ),
+        (
+            ["--set", "polling=random"],
+            "world.polling: found 'random'; input should be 'common', 'staggered' or 'multip",
+        ),
+        (
+            ["--set", "world.odometry.track_mm=300"],
+            "world.odometry: track_mm has no meaning for model 'omnidirectional', only noise_mm_per_s, noise_rad_per_s",
+        ),
+        (
+            ["--set", "reader=goetting-hg-g-98830", "--set", "tags_per_m2=400"],
+            "study.toml: design: reader goetting-hg-g-98830 must never see two tags at once; antenna 60x60 sees tags up"
+            " to 60 mm apart, those of pattern square with 400 tags/m2 lie 50 mm apart",
+        ),
     ],
 )
 def test_evaluate_refuses_numbers_and_settings(cli, tiny, arguments, words):

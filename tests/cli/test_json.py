@@ -87,6 +87,66 @@ def test_evaluate_of_a_single_run_has_no_error_of_the_mean(cli, tiny):
     assert found["metrics"]["position_mean_mm"]["stderr"] is None
 
 
+def test_check_says_which_patterns_are_too_dense_for_a_reader(cli, tiny):
+    """Of 16, 64 and 225 tags/m2 the last lie 67 mm apart: 80 x 80 mm antennas see two at once, and 60 x 60 do not."""
+    found = object_of(
+        cli("check", tiny, "--set", "reader=goetting-hg-g-98830", "--set", "space.pattern=['square']", "--json")
+    )
+    (fault,) = found["space"]["unbuildable"]
+    assert (fault["layout"], fault["antenna"]) == ("any layout", "80x80")
+    assert fault["reason"] == (
+        "reader goetting-hg-g-98830 must never see two tags at once; antenna 80x80 sees tags up to 80 mm apart,"
+        " those of pattern square with 225 tags/m2 lie 66.67 mm apart"
+    )
+    assert (found["space"]["n_combinations"], found["space"]["n_unbuildable"]) == (12, 2)
+
+
+def test_check_tells_people_once_per_antenna_that_patterns_are_too_dense(cli, tiny):
+    answer = cli("check", tiny, "--set", "reader=goetting-hg-g-98830", "--set", "space.tags_per_m2=[4.0, 225.0, 400.0]")
+    lines = [line.strip() for line in answer.out.splitlines() if "any layout" in line]
+    reason = "reader goetting-hg-g-98830 must never see two tags at once"
+    # Square ones of 400, and of 225 for the larger antenna; random ones of 225 and 400.
+    assert lines == [
+        f"{antenna} with any layout: {reason}; {n} patterns are too dense for that"
+        for antenna, n in (("60x60", 3), ("80x80", 4))
+    ]
+
+
+def test_evaluate_tells_how_far_the_filter_is_from_the_exact_one(cli, tiny):
+    arguments = ("evaluate", tiny, *CROSS_8, "--runs", "2", "--gap", "--set", "duration_s=2.0")
+    found = object_of(cli(*arguments, "--json"))
+    gap = found["optimality_gap"]
+    assert set(gap) == {"reference_position_mean_mm", "ratio"}
+    reference, ratio = gap["reference_position_mean_mm"], gap["ratio"]
+    assert 0 < reference["mean"] < 20
+    assert ratio["mean"] == pytest.approx(found["metrics"]["position_mean_mm"]["mean"] / reference["mean"])
+    assert ratio["stderr"] >= 0
+    assert reference["stderr"] >= 0
+    assert "optimality_gap" not in object_of(cli("evaluate", tiny, "--runs", "1", "--json"))
+    answer = cli(*arguments)
+    (line,) = [line for line in answer.out.splitlines() if "optimality gap" in line]
+    assert line.startswith(f"  optimality gap: {ratio['mean']:.3g} +- ")
+    assert line.endswith(f" times the {reference['mean']:.3g} mm of the exact filter")
+
+
+def test_the_exact_filter_has_no_gap(cli, tiny):
+    found = object_of(
+        cli(
+            "evaluate",
+            tiny,
+            "--runs",
+            "1",
+            "--gap",
+            "--set",
+            "duration_s=1.0",
+            "--set",
+            "estimator=histogram",
+            "--json",
+        )
+    )
+    assert found["optimality_gap"]["ratio"] == {"mean": 1.0, "stderr": None}
+
+
 @pytest.mark.parametrize("command", ["check", "coverage", "evaluate"])
 def test_without_json_people_get_text_and_no_object(cli, tiny, command):
     answer = cli(command, tiny, *(("--runs", "2") if command == "evaluate" else ()))
@@ -94,6 +154,18 @@ def test_without_json_people_get_text_and_no_object(cli, tiny, command):
     assert answer.out
     with pytest.raises(json.JSONDecodeError):
         json.loads(answer.out)
+
+
+def test_run_with_another_estimator_names_it_in_its_assumptions(cli, tiny, finished, tmp_path):
+    out = tmp_path / "out"
+    found = object_of(cli("run", tiny, "--out", out, "--workers", "2", "--json", "--set", "estimator=quantized_ekf"))
+    saved = StudyResult.model_validate_json((out / "result.json").read_bytes())
+    assumptions = {row.what: row for row in saved.assumptions}
+    assert assumptions["estimator"].value == "quantized extended Kalman filter"
+    assert assumptions["estimator"].source == "rssi_kalman_navifloor, eqs. 5-7"
+    assert assumptions["settings of the estimator"].value == "uses_rssi yes, pushes_out no, patience 3"
+    assert "quantized extended Kalman filter" in (out / "report.html").read_text()
+    assert found["study_hash"] != StudyResult.model_validate_json((finished / "result.json").read_bytes()).study_hash
 
 
 def test_run_and_report(cli, tiny, finished, tmp_path):

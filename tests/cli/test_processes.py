@@ -25,7 +25,7 @@ def test_help_imports_nothing_heavy(arguments):
 
 def test_help_names_every_command():
     answer = subprocess.run([sys.executable, "-m", "rfiddesign", "--help"], capture_output=True, text=True, check=True)
-    assert all(name in answer.stdout for name in ("run", "check", "evaluate", "coverage", "report"))
+    assert all(name in answer.stdout for name in ("run", "check", "evaluate", "coverage", "report", "reproduce"))
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -2,7 +2,7 @@
 
 from numba import njit
 
-from rfiddesign.cli.progress import CountDisplay, Display
+from rfiddesign.cli.progress import CountDisplay, Display, StepDisplay
 
 
 def a_kernel():
@@ -47,3 +47,10 @@ def test_progress_is_told_now_and_then_where_there_is_no_terminal(capsys, monkey
     with CountDisplay("20 runs", 20) as display:
         display.show(7)
     assert "20 runs: 7 of 20" in capsys.readouterr().err
+
+
+def test_several_things_one_after_the_other_are_counted_each(capsys, monkeypatch):
+    monkeypatch.setattr("rfiddesign.cli.progress.PLAIN_INTERVAL_S", 0.0)
+    with StepDisplay() as display:
+        display.show("table 1, MCL (1 of 2)", 3, 2000)
+    assert "table 1, MCL (1 of 2): 3 of 2,000 runs" in " ".join(capsys.readouterr().err.split())

@@ -3,8 +3,8 @@
 import pytest
 import shapely
 
-from rfiddesign.catalog import antenna
-from rfiddesign.design import Design, check_design
+from rfiddesign.catalog import antenna, reader
+from rfiddesign.design import Design, check_design, check_tag_spacing
 from rfiddesign.geometry import make_layout, make_pattern
 from rfiddesign.optimize import Space, unbuildable
 
@@ -47,3 +47,47 @@ def test_what_cannot_be_built_is_told_once_per_layout_and_antenna_with_the_check
             assert str(caught.value) == found[pair]
         else:
             check_design(design, ROBOT)
+
+
+ONE_TAG = Space(LAYOUTS, ANTENNAS, (*PATTERNS, make_pattern("square", tags_per_m2=400)), reader("goetting-hg-g-98830"))
+
+
+def test_every_design_of_a_space_has_its_reader():
+    assert {design.reader.name for design in ONE_TAG.designs()} == {"goetting-hg-g-98830"}
+    assert {design.reader.name for design in SPACE.designs()} == {"hf-anticollision"}
+
+
+def test_a_reader_that_must_see_one_tag_rules_out_what_is_dense_for_its_antenna_whatever_the_layout():
+    """60 mm take 100 tags/m2 (100 mm apart) and not 400; 600 mm take nothing; 80 mm do not take 400."""
+    dense = [pair for pair in unbuildable(ONE_TAG, ROBOT) if pair.layout_name == "any layout"]
+    assert [(pair.antenna_name, pair.reason.split("with ")[-1].split(" lie")[0]) for pair in dense] == [
+        ("60x60", "400 tags/m2"),
+        ("80x80", "400 tags/m2"),
+        ("660x300", "16 tags/m2"),
+        ("660x300", "100 tags/m2"),
+        ("660x300", "400 tags/m2"),
+    ]
+    assert all("goetting-hg-g-98830 must never see two tags at once" in pair.reason for pair in dense)
+    assert "lie 50 mm apart" in dense[0].reason
+
+
+def test_every_design_that_cannot_be_built_is_counted_once_with_the_first_fault():
+    found = unbuildable(ONE_TAG, ROBOT)
+    numbers = [number for pair in found for number in pair.numbers]
+    assert len(numbers) == len(set(numbers))
+    ruled_out = set(numbers)
+    for number, design in enumerate(ONE_TAG.designs()):
+        try:
+            check_design(design, ROBOT)
+            check_tag_spacing(design)
+        except ValueError:
+            assert number in ruled_out
+        else:
+            assert number not in ruled_out
+    # Layouts that do not take the antenna come first and leave nothing for the pattern to rule out.
+    assert all(not pair.numbers for pair in found if (pair.layout_name, pair.antenna_name) == ("any layout", "660x300"))
+
+
+def test_readers_with_anticollision_take_any_density():
+    pairs = unbuildable(Space(LAYOUTS, ANTENNAS, ONE_TAG.patterns), ROBOT)
+    assert "any layout" not in {pair.layout_name for pair in pairs}

@@ -4,9 +4,13 @@ import csv
 from decimal import Decimal
 
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rfiddesign.catalog import antenna, reader
+from rfiddesign.geometry import make_layout, make_pattern
+from rfiddesign.optimize import Space, unbuildable
 from rfiddesign.report.contents import read_contents
 from rfiddesign.report.tables import (
     COST_HEADER,
@@ -21,6 +25,7 @@ from rfiddesign.report.tables import (
     screen_table,
     unbuildable_table,
 )
+from rfiddesign.results.study_result import UnbuildableRecord
 
 
 @pytest.fixture(scope="module")
@@ -81,9 +86,36 @@ def test_reasons_are_grouped(contents):
     """Two antennas do not fit one layout for the same two reasons."""
     rows = unbuildable_table(contents.result).rows
     assert [row[:3] for row in rows] == [
-        ("antennas overlap and stick out of the robot", "60x60 mm", "1"),
-        ("antennas overlap and stick out of the robot", "80x80 mm", "1"),
+        ("antennas overlap and stick out of the robot", "60x60 mm", "1 layout"),
+        ("antennas overlap and stick out of the robot", "80x80 mm", "1 layout"),
     ]
+    first = screen_table(contents.result).rows[1]
+    assert first == ("cannot be built: antennas overlap or stick out of the robot", "−40")
+
+
+def test_patterns_too_dense_for_a_reader_are_one_row_per_antenna(contents):
+    """In the words of the check itself; a layout that does not fit keeps its own row."""
+    layouts = (make_layout("cross-8"), make_layout({"kind": "bar", "n": 2, "spacing_mm": 70.0}))
+    patterns = tuple(make_pattern(kind, tags_per_m2=n) for kind in ("square", "triangular") for n in (6.25, 100, 400))
+    antennas = (antenna("60x60"), antenna("80x80"))
+    space = Space(layouts, antennas, patterns, reader("goetting-hg-g-98830"))
+    faults = unbuildable(space, shapely.Point(0, 0).buffer(300.0, quad_segs=64))
+    records = [
+        UnbuildableRecord(layout=fault.layout_name, antenna=fault.antenna_name, reason=fault.reason) for fault in faults
+    ]
+    result = contents.result
+    result = result.model_copy(update={"space": result.space.model_copy(update={"unbuildable": records})})
+    table = unbuildable_table(result)
+    one_tag = "a reader that must see one tag at a time may see two"
+    dense = "square 400 tags/m², triangular 400 tags/m²"
+    assert table.rows == (
+        (one_tag, "60x60 mm", "2 patterns", dense),
+        (one_tag, "80x80 mm", "2 patterns", dense),
+        ("antennas overlap", "80x80 mm", "1 layout", "bar-2"),
+    )
+    assert "any layout" not in str(table)
+    words = screen_table(result).rows[1][0]
+    assert words == f"cannot be built: antennas overlap or stick out of the robot, or {one_tag}"
 
 
 def test_errors_of_drives_cut_short_are_marked(contents):

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from rfiddesign.errors import StudyError
 from rfiddesign.study import check_study, load_study
-from rfiddesign.study.load import design_of, estimator_of, floor_of, scenario_of, space_of
+from rfiddesign.study.estimators import estimator_of
+from rfiddesign.study.load import design_of, floor_of, reader_of, scenario_of, space_of
 
 TINY = Path(__file__).parents[1] / "tiny-study"
 TEXT = (TINY / "study.toml").read_text()
@@ -80,7 +81,7 @@ def test_settings_reach_design_and_filter(tiny):
         "reinitialize=off", "n_particles=33", "start=unknown",
     )  # fmt: skip
     study = load_study(tiny, settings_)
-    design, estimator = design_of(study), estimator_of(study.file)
+    design, estimator = design_of(study), estimator_of(study.file, study.file.world)
     assert (design.layout.name, design.antenna.name, design.pattern.name) == ("pair", "80x80", "triangular")
     assert design.pattern.tags_per_m2 == pytest.approx(2e6 / math.sqrt(3) / 200**2)
     assert (estimator.likelihood.kind, estimator.reinitialize, estimator.n_particles) == ("gaussian", False, 33)
@@ -114,6 +115,19 @@ def test_an_antenna_of_the_space_needs_a_price_and_one_outside_it_does_not(tiny,
     load_study(tiny, ('space.antenna=["60x60"]', "antenna=80x80"))
 
 
+def test_the_readers_are_those_of_the_robot(tiny):
+    assert reader_of(load_study(tiny)).name == "hf-anticollision"
+    study = load_study(tiny, ("reader=goetting-hg-g-98830",))
+    assert reader_of(study).sees_one_tag_only
+    assert design_of(study).reader == space_of(study).reader == reader_of(study)
+    with pytest.raises(StudyError, match=r"study.toml: robot.reader: reader is 'x', must be one of hf-anticollision, "):
+        load_study(tiny, ("reader=x",))
+
+
+NAMES = [
+    "cross-8", "bar", "list", "60x60", "square", "random", "unknown", "prices.toml", ".", "/dev/null", "histogram",
+    "quantized_ekf", "mecanum", "multiplexed", "all", "goetting-hg-g-98830",
+]  # fmt: skip
 SCALARS = st.one_of(
     st.none(),
     st.booleans(),
@@ -121,9 +135,7 @@ SCALARS = st.one_of(
     st.sampled_from([10**400, 2**63, -(10**30), 1e308, -1e308, 5e-324, 0.0, -0.0, math.inf, math.nan]),
     st.floats(-10, 1e6),
     st.text(max_size=8),
-    st.sampled_from(
-        ["cross-8", "bar", "list", "60x60", "square", "random", "unknown", "prices.toml", ".", "/dev/null"]
-    ),
+    st.sampled_from(NAMES),
 )
 VALUES = st.recursive(
     SCALARS,
@@ -179,7 +191,10 @@ PLACES = [
     ("design", "layout"), ("design", "pattern"), ("design", "pitch_mm"), ("design", "tags_per_m2"),
     ("layouts", "pair", "poses"), ("layouts", "pair", "width"), ("layouts", "pair", "radius_mm"), ("layouts", "own"),
     ("scenario", "dt_s"), ("scenario", "settle_s"), ("scenario", "headings"), ("scenario", "aligned_share"),
-    ("world", "polling"), ("world", "odometry"), ("mcl", "beta"), ("mcl", "odometry"),
+    ("world", "polling"), ("world", "odometry"), ("world", "odometry", "model"), ("world", "faults"),
+    ("world", "delay_s"), ("world", "answers"), ("world", "poll_s"), ("mcl", "beta"), ("mcl", "odometry"),
+    ("estimator",), ("particle_filter",), ("ekf", "patience"), ("ekf", "odometry"), ("markov", "n_cells"),
+    ("geometric", "window"), ("histogram", "cell_mm"), ("robot", "reader"),
     ("floor", "map"), ("prices",), ("unknown",),
 ]  # fmt: skip
 

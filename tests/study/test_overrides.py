@@ -53,6 +53,57 @@ def test_a_short_name_of_a_variable_means_the_design_at_hand_not_the_space():
     assert "noise_mm_per_s" not in names  # world or mcl?
 
 
+@pytest.mark.parametrize(
+    ("settings_", "expected"),
+    [
+        (("n_particles=60",), {"mcl": {"n_particles": 60}}),
+        (
+            ("n_particles=60", "estimator=particle_filter"),
+            {"estimator": "particle_filter", "particle_filter": {"n_particles": 60}},
+        ),
+        ((" estimator = particle_filter", "reinitialize=off"), {"particle_filter": {"reinitialize": False}}),
+        (("estimator=quantized_ekf", "uses_rssi=off"), {"ekf": {"uses_rssi": False}}),
+        (("estimator=histogram", "uses_rssi=off", "cell_mm=4"), {"histogram": {"uses_rssi": False, "cell_mm": 4}}),
+        (("estimator=markov", "cell_mm=4", "sigma_per_radius=1"), {"markov": {"cell_mm": 4, "sigma_per_radius": 1}}),
+        (("estimator=trigonometric", "is_age_compensated=no"), {"geometric": {"is_age_compensated": False}}),
+        # A key that one estimator alone has is its own, whichever is chosen.
+        (
+            ("estimator=markov", "likelihood=gaussian", "patience=2"),
+            {"mcl": {"likelihood": "gaussian"}, "ekf": {"patience": 2}},
+        ),
+        # What is true comes before what a filter believes.
+        (("estimator=particle_filter", "read_probability=0.5"), {"world": {"read_probability": 0.5}}),
+        (
+            ("read_probability=0.5", "poll_s=1", "scale_x=0.1"),
+            {"world": {"read_probability": 0.5, "poll_s": 1, "faults": {"scale_x": 0.1}}},
+        ),
+        # The last choice counts.
+        (("estimator=markov", "estimator=mcl", "sigma_per_radius=1"), {"mcl": {"sigma_per_radius": 1}}),
+    ],
+)
+def test_a_name_that_several_estimators_have_means_the_chosen_one_s(settings_, expected):
+    found = apply_overrides({}, settings_)
+    assert {key: value for key, value in found.items() if key != "estimator" or "estimator" in expected} == expected
+
+
+def test_the_estimator_of_the_file_is_the_chosen_one_unless_it_is_set():
+    data = {"estimator": "particle_filter"}
+    assert apply_overrides(data, ("n_particles=60",))["particle_filter"] == {"n_particles": 60}
+    assert apply_overrides(data, ("n_particles=60", "estimator=mcl"))["mcl"] == {"n_particles": 60}
+    # What is no estimator is left for the check.
+    for wrong in (3, "kalman", ["mcl"]):
+        assert apply_overrides({"estimator": wrong}, ("n_particles=60",)) == {
+            "estimator": wrong,
+            "mcl": {"n_particles": 60},
+        }
+
+
+@pytest.mark.parametrize("setting", ["cell_mm=3", "uses_rssi=on", "softness_mm=3", "window_s=3", "model=mecanum"])
+def test_a_name_of_estimators_that_are_not_chosen_is_unknown_if_there_are_several(setting):
+    with pytest.raises(StudyError, match=f"--set: {setting.partition('=')[0]}: unknown key; allowed: "):
+        apply_overrides({}, (setting,))
+
+
 def test_setting_one_density_drops_the_other():
     both = {"design": {"tags_per_m2": 16.0, "layout": "x"}}
     assert apply_overrides(both, ("pitch_mm=250",)) == {"design": {"pitch_mm": 250, "layout": "x"}}

@@ -30,6 +30,9 @@ def test_the_hash_is_that_of_the_question_not_of_its_wording(tiny, edit):
         ("n_particles = 60", "n_particles = 61", "study.toml"),
         ("price = 42.00", "price = 42.01", "prices.toml"),
         ('source = "offer"', 'source = "another offer"', "prices.toml"),
+        ("seed = 7", 'seed = 7\nestimator = "quantized_ekf"', "study.toml"),
+        ("[robot]", '[robot]\nreader = "goetting-hg-g-98830"', "study.toml"),
+        ("[mcl]", "[world]\ndelay_s = 0.05\n[mcl]", "study.toml"),
     ],
 )
 def test_the_hash_changes_with_every_part_of_the_question(tiny, edit, old, new, file):
@@ -68,6 +71,19 @@ def test_candidates_are_what_can_be_built_and_passes_the_screen(tiny):
         assert design == designs[number]
         assert (design.layout.name, design.antenna.name) != ("pair", "80x80")
         assert found.n_tags[number] == len(design.pattern.lay(floor_of(study).drivable))
+
+
+def test_a_reader_that_must_see_one_tag_leaves_sparse_patterns_to_be_tested(tiny):
+    found = candidates_of(load_study(tiny, ("reader=goetting-hg-g-98830",)))
+    left = {(found.designs[i].antenna.name, found.designs[i].pattern.tags_per_m2) for i in found.numbers}
+    assert ("80x80", 225.0) not in left
+    assert ("60x60", 64.0) in left
+    assert {fault.layout_name for fault in found.unbuildable} == {"any layout"}
+    assert found.n_unbuildable + len(found.numbers) == 24
+    with pytest.raises(
+        StudyError, match=r"space: no design can be built: reader goetting-hg-g-98830 must never see two"
+    ):
+        candidates_of(load_study(tiny, ("reader=goetting-hg-g-98830", "space.tags_per_m2=[900.0]")))
 
 
 def test_every_candidate_is_priced_and_more_robots_never_cost_less(tiny):

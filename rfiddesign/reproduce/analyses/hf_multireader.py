@@ -93,7 +93,8 @@ def sigma_figure(curves: dict[str, np.ndarray]) -> Figure:
     axes = figure.subplots()
     for (system, curve), colour, marker in zip(curves.items(), CYCLE, MARKERS, strict=False):
         axes.errorbar(
-            curve[:, 0], curve[:, 1], 2 * curve[:, 2], color=colour, marker=marker, markersize=4, capsize=2, label=system
+            curve[:, 0], curve[:, 1], 2 * curve[:, 2], color=colour, marker=marker, markersize=4, capsize=2,
+            label=system.replace("/m2", "/m²"),
         )  # fmt: skip
     axes.axhline(1.0, color="black", linewidth=0.8)
     axes.text(axes.get_xlim()[1], 0.98, "below: combination wins ", ha="right", va="top", fontsize=8)

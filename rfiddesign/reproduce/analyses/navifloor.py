@@ -1,5 +1,7 @@
 """rssi_kalman_navifloor: how often the filters rank as published, and by how much they differ run by run."""
 
+from itertools import pairwise
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -26,7 +28,7 @@ def analyse(context: Context) -> tuple[list[Row], dict[str, Figure]]:
             difference = errors[worse] - errors[better]
             rows.append(row_of(table, f"{worse} minus {better}", "rmse_mm", difference))
             rows.append(row_of(table, f"{worse} worse than {better}", "share_of_seeds", difference > 0))
-        is_ranked = np.all([errors[a] > errors[b] for a, b in zip(RANKING[:-1], RANKING[1:], strict=True)], axis=0)
+        is_ranked = np.all([errors[a] > errors[b] for a, b in pairwise(RANKING)], axis=0)
         rows.append(row_of(table, " > ".join(RANKING), "share_of_seeds", is_ranked))
     return rows, {"paths": paths_figure(_traces(context)), "rmse": rmse_figure(context)}
 
@@ -66,19 +68,24 @@ def _tags_about(poses: np.ndarray, pitch: float = 250.0) -> np.ndarray:
 @styled
 def rmse_figure(context: Context) -> Figure:
     """Spread of the errors over the seeds, on the published path and over random headings."""
-    figure = new_figure(3.4)
     names = [row for table, row in context.errors if table == PATH_TABLE]
-    for axes, table in zip(figure.subplots(2, 1, sharex=True), TABLES, strict=True):
-        values = [context.errors[table, name]["rmse_mm"] for name in names]
+    figure = new_figure(0.9 + 0.24 * len(names))
+    places = np.arange(len(names), 0, -1)
+    panels = figure.subplots(1, 2, sharex=True, sharey=True)
+    for axes, table in zip(panels, TABLES, strict=True):
         axes.boxplot(
-            values, whis=(5, 95), showfliers=False, medianprops={"color": CYCLE[1]}, tick_labels=names, widths=0.5
+            [context.errors[table, name]["rmse_mm"] for name in names], positions=places, orientation="horizontal",
+            whis=(5, 95), showfliers=False, medianprops={"color": CYCLE[1]}, manage_ticks=False, widths=0.5,
         )  # fmt: skip
-        for place, name in enumerate(names, start=1):
+        for place, name in zip(places, names, strict=True):
             published = context.loaded.expected.published.get(table, {}).get(name, {}).get("rmse_mm")
             if published is not None:
-                axes.plot(place, published, marker="D", color=CYCLE[0], markersize=5, linestyle="none")
-        axes.set(ylabel="RMSE [mm]", ylim=(0, None))
-        axes.set_title(f"{table if table != PATH_TABLE else 'published path'}", loc="left")
-        axes.tick_params(axis="x", labelrotation=30)
-    figure.supxlabel("diamonds: published; boxes: quartiles; whiskers: 5 and 95 % of seeds", fontsize=8)
+                axes.plot(published, place, marker="D", color=CYCLE[0], markersize=4, linestyle="none")
+        axes.set_xlabel("RMSE [mm]")
+        axes.set_title(table if table != PATH_TABLE else "published path", loc="left")
+    # Once both are drawn, so that neither sticks out.
+    panels[0].set_xlim(left=0)
+    panels[0].set_yticks(places, names)
+    panels[0].locator_params(axis="x", nbins=5)
+    figure.supxlabel("diamonds: published; boxes: quartiles; whiskers: 5 and 95 % of seeds", fontsize=7.5)
     return figure

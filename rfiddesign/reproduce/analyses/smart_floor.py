@@ -1,6 +1,7 @@
 """markov_kalman_smart_floor: shares of seeds, the chance of a read along a path, and eqs. 3 and 4 by simulation."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -9,7 +10,7 @@ from scipy.spatial import cKDTree
 from rfiddesign.floor import build_tag_map
 from rfiddesign.geometry import TagPattern, make_pattern
 from rfiddesign.models.motion import OmnidirectionalMotion
-from rfiddesign.report.figures.style import CYCLE, LINE_STYLES, new_figure, styled
+from rfiddesign.report.figures.style import CYCLE, LINE_STYLES, MARKERS, new_figure, styled
 from rfiddesign.reproduce.context import Context
 from rfiddesign.reproduce.rows import Row, row_of
 from rfiddesign.simulation.monte_carlo import Job, Simulator
@@ -31,7 +32,7 @@ def analyse(context: Context) -> tuple[list[Row], dict[str, Figure]]:
     errors = {name: context.errors[TABLE, name]["position_mm"] for name in ROWS}
     rows = [
         row_of(TABLE, f"{better} below {worse}", "share_of_seeds", errors[better] < errors[worse])
-        for worse, better in zip(ROWS[:-1], ROWS[1:], strict=True)
+        for worse, better in pairwise(ROWS)
     ]
     n_paths = N_QUICK_PATHS if context.is_quick else N_PATHS
     rng = np.random.Generator(np.random.PCG64(context.loaded.file.seed))
@@ -144,8 +145,10 @@ def chance_figure(curves: dict[str, list[float]]) -> Figure:
     """Chance of at least one read over the length of a straight path."""
     figure = new_figure(2.8)
     axes = figure.subplots()
-    for (name, chances), colour, line in zip(curves.items(), CYCLE, LINE_STYLES, strict=False):
-        axes.plot(np.array(PATHS_MM) / 1e3, chances, color=colour, linestyle=line, marker="o", markersize=4, label=name)
+    lengths = np.array(PATHS_MM) / 1e3
+    for (name, chances), colour, line, marker in zip(curves.items(), CYCLE, LINE_STYLES, MARKERS, strict=False):
+        axes.plot(lengths, chances, color=colour, linestyle=line, marker=marker, markersize=5, label=name, alpha=0.85)
     axes.set(xlabel="length of the path [m]", ylabel="chance of a read", ylim=(0, 1.02), xlim=(0, None))
+    axes.set_xticks([0.0, *lengths], [f"{length:g}" for length in (0.0, *lengths)])
     axes.legend(loc="lower right")
     return figure
