@@ -291,10 +291,10 @@ def update(key, step, log, t, model, tags, arrays, out, row):
 def track(key, first, last, log, model, tags, arrays, estimates):
     """See `verbs.Kernels`.
 
-    `model` : (kind, whether rule 3 applies, antennas (n, 5): their poses, sine and cosine of their yaws; (slots, period)
-    of their schedule, noise (3, 3), `Shape` as a tuple, (radius of the area, sigma^2 of a read, sigmas beyond which a
-    read contradicts, how many such reads in a row end the belief; 0: none), (is_age_compensated, delay of reads in
-    steps)).
+    `model` : (kind, whether rule 3 applies, antennas (n, 5): their poses, sine and cosine of their yaws; (slots,
+    period) of their schedule, noise (3, 3), `Shape` as a tuple, (radius of the area, sigma^2 of a read, sigmas beyond
+    which a read contradicts, how many such reads in a row end the belief; 0: none), (is_age_compensated, delay of reads
+    in steps)).
     """
     kind, pushes_out, antennas, (slots, period), noise, shape, rules, ages = model
     half_length, half_width, corner, segments, mean, spread, radii = shape

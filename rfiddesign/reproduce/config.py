@@ -7,17 +7,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from rfiddesign.study.config import (
-    Density,
-    EstimatorChoice,
-    Name,
-    NotNegative,
-    PatternKind,
-    Pitch,
-    Positive,
-    Section,
-    WorldSection,
-)
+from rfiddesign.study.estimator_config import EstimatorChoice
+from rfiddesign.study.sections import Density, Name, NotNegative, PatternKind, Pitch, Positive, Section
+from rfiddesign.study.world_config import WorldSection
 
 Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]

@@ -64,7 +64,7 @@ class FloorRecord(Record):
 
 
 class UnbuildableRecord(Record):
-    """A layout that does not take an antenna."""
+    """A layout that does not take an antenna, or an antenna that may see two tags of a pattern at once."""
 
     layout: str
     antenna: str

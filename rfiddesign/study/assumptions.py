@@ -3,9 +3,12 @@
 from rfiddesign.catalog import antennas, readers
 from rfiddesign.models.motion import DifferentialMotion, OmnidirectionalMotion
 from rfiddesign.results.study_result import Assumption
-from rfiddesign.study.config import FaultsSection, MclSection, OdometrySection, Section, StudyFile, WorldSection
+from rfiddesign.study.config import StudyFile
+from rfiddesign.study.estimator_config import MclSection
 from rfiddesign.study.estimators import motion_of
 from rfiddesign.study.load import Study
+from rfiddesign.study.sections import Section
+from rfiddesign.study.world_config import FaultsSection, OdometrySection, WorldSection
 
 STUDY_FILE = "study file"
 PAPER = "hf_multireader_mcl"

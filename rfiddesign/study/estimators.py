@@ -14,7 +14,8 @@ from rfiddesign.models.likelihood import DistanceLikelihood
 from rfiddesign.models.motion import DifferentialMotion, MecanumMotion, Motion, OdometryFaults, OmnidirectionalMotion
 from rfiddesign.models.reads import ReadModel
 from rfiddesign.simulation.scenario import World
-from rfiddesign.study.config import EstimatorChoice, FieldSection, OdometrySection, WorldSection
+from rfiddesign.study.estimator_config import EstimatorChoice, FieldSection
+from rfiddesign.study.world_config import OdometrySection, WorldSection
 
 # What a filter allows for where nothing is said: border of the field, sigma of a read [mm].
 _SOFTNESS_MM, _READ_NOISE_MM = 1.0, 3.0

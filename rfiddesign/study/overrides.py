@@ -6,7 +6,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from rfiddesign.errors import StudyError
-from rfiddesign.study.config import SECTIONS, DesignSection, StudyFile
+from rfiddesign.study.config import DesignSection, StudyFile
+from rfiddesign.study.estimator_config import SECTIONS
 from rfiddesign.study.toml_file import record_in
 
 SOURCE = "--set"

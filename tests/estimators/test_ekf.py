@@ -305,7 +305,7 @@ def test_bounds_are_refused_by_name():
         (lambda: Ekf(gate_sigmas=0.1), ("gate_sigmas",)),
         (lambda: Ekf(patience=-1), ("patience", "-1")),
     ):
-        with pytest.raises(ValueError) as error:
+        with pytest.raises(ValueError, match=words[0]) as error:
             build()
         for word in words:
             assert word in str(error.value)

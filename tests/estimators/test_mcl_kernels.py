@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from rfiddesign.estimators import _mcl_kernels as kernels
-from rfiddesign.estimators import _scatter_kernels as scatter_kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
+from rfiddesign.estimators import _scatter_kernels as scatter_kernels
 from rfiddesign.estimators._particle_kernels import LOG
 from rfiddesign.geometry import between, compose, to_local, transform_points
 from rfiddesign.numerics._math_kernels import binary_angle

@@ -12,9 +12,11 @@ from rfiddesign.models.reads import ReadModel
 from rfiddesign.models.robot import Robot
 from rfiddesign.study import evaluate_study, load_study
 from rfiddesign.study.assumptions import ESTIMATOR_WORDS, assumptions
-from rfiddesign.study.config import ODOMETRY_KEYS, SECTIONS, EstimatorName, OdometrySection, StudyFile
+from rfiddesign.study.config import StudyFile
+from rfiddesign.study.estimator_config import SECTIONS, EstimatorName
 from rfiddesign.study.estimators import ESTIMATORS, estimator_of, motion_of, reference_of
 from rfiddesign.study.load import design_of, floor_of, scenario_of
+from rfiddesign.study.world_config import ODOMETRY_KEYS, OdometrySection
 
 NAMES = get_args(EstimatorName)
 
