@@ -10,7 +10,7 @@ import numpy as np
 
 from rfiddesign.estimators import _acquisition_kernels as acquisition
 from rfiddesign.estimators._acquisition_kernels import LOCAL_HEADING, LOCAL_X, LOCAL_Y, advance, find_pose
-from rfiddesign.estimators._ekf_kernels import predict_pose
+from rfiddesign.estimators._pose_gaussian_kernels import predict_pose
 from rfiddesign.estimators._pose_kernels import in_map, keep_positive, stand, wrapped
 from rfiddesign.estimators._sighting_kernels import FROM_X, FROM_Y, SEEN_X, SEEN_Y, fit_line, remember, sight, weigh
 from rfiddesign.numerics._compile_kernels import inline_kernel, kernel, leaf_kernel

@@ -95,7 +95,7 @@ def build(settings: Ekf, robot: Robot, dt_s: float) -> Filter:
 def init(ready: Filter, start: Start, key: int) -> Belief:
     """The belief before the first step; told nothing, the filter waits for two tags (eq. 13)."""
     pose, covariance, search = pose_of(start)
-    arrays = (pose, covariance, search, np.zeros((ready.n_antennas, 4)), np.zeros(1))
+    arrays = (pose, covariance, search, np.zeros((ready.n_antennas, 4)), np.zeros(1), np.array([0.0, 0.0, 1.0]))
     moments = np.zeros(N_ESTIMATE)
     moments[:3], moments[9] = pose, 1.0
     moments[3:9] = covariance[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]

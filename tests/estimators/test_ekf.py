@@ -61,7 +61,7 @@ points = st.tuples(st.floats(-400, 400), st.floats(-400, 400))
 
 @given(poses, mounts, points)
 def test_the_measurement_and_its_jacobian_are_those_of_rigid_motions(pose, mount, tag):
-    u, v, H = kernels.in_antenna_frame(np.array(pose), *mounted(mount), *tag)
+    u, v, H = kernels.in_antenna_frame(np.array(pose), np.array([0.0, 0.0, 1.0]), *mounted(mount), *tag)
     assert (u, v) == pytest.approx(tuple(in_frame(pose, mount, tag)), abs=1e-9)
     step, jacobian = 1e-4, np.array(H).reshape(2, 3)
     for k in range(3):
@@ -86,6 +86,15 @@ def test_signed_distance_is_that_of_the_area_and_its_gradient_points_away(area, 
     step = 1e-3
     further = signed_distance(point[0] + step * gu, point[1] + step * gv, *box, segments)[0]
     assert further - g == pytest.approx(step, abs=0.02 * step)
+
+
+@given(st.lists(st.floats(-0.1, 0.1), max_size=200), st.floats(-3, 3))
+def test_a_direction_followed_in_small_turns_stays_exact(turns, heading):
+    direction = np.array([0.0, 0.0, 1.0])
+    for turn in turns:
+        heading = math.remainder(heading + turn, 2 * math.pi)
+        s, c = kernels.direction_of(heading, direction)
+        assert (s, c) == pytest.approx((math.sin(heading), math.cos(heading)), abs=1e-12)
 
 
 def numpy_update(kind, pose, P, mount, tag, area, radius, variance):
@@ -135,7 +144,8 @@ def test_an_update_is_that_of_the_paper_in_matrices(kind, area, pose, mount, off
     found, covariance = pose.copy(), P.copy()
     box, segments = shape_arguments(shape)
     kernels.take_read(
-        KINDS[kind], found, covariance, *mounted(mount), *tag, rssi, shape.rssi_radii, box, segments, shape.mean,
+        KINDS[kind], found, covariance, np.array([0.0, 0.0, 1.0]), *mounted(mount), *tag, rssi, shape.rssi_radii,
+        box, segments, shape.mean,
         shape.covariance, 400.0, True,
     )  # fmt: skip
     assert found[:2] == pytest.approx(expected[0][:2], rel=1e-5, abs=1e-3)
