@@ -18,7 +18,7 @@ from rfiddesign.estimators._pose_gaussian_kernels import (
     wrapped,
 )
 from rfiddesign.models._shape_kernels import signed_distance
-from rfiddesign.numerics._compile_kernels import kernel, leaf_kernel
+from rfiddesign.numerics._compile_kernels import inline_kernel, kernel, leaf_kernel
 from rfiddesign.numerics._math_kernels import sin_cos_64
 
 QUANTIZED, CONSTRAINED = 0, 1
@@ -28,7 +28,7 @@ _LEAST_GRADIENT = 0.5
 _LOST = (1e6, 1e6, math.pi**2 / 3)
 
 
-@leaf_kernel
+@inline_kernel
 def take_read(
     kind, pose, P, direction, x, y, ys, yc, tag_x, tag_y, rssi, radii, box, segments, mean, spread, variance, is_watched
 ):
@@ -175,7 +175,7 @@ def predict(key, step, odometry, row, model, arrays):
     move(pose, P, search, direction, odometry, row, model[4])
 
 
-@leaf_kernel
+@inline_kernel
 def move(pose, P, search, direction, odometry, row, noise):
     """Move the pose, and the place in the local map while two tags are awaited."""
     if search[STAGE] < 2.0:

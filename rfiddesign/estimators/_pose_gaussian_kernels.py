@@ -38,7 +38,7 @@ def direction_of(heading, direction):
     return s, c
 
 
-@leaf_kernel
+@inline_kernel
 def carry(pose, P, s, c, odometry, row, noise):
     """`predict_pose` for a heading of known sine and cosine."""
     dx, dy, turn = odometry[row, 0], odometry[row, 1], odometry[row, 2]
@@ -73,7 +73,7 @@ def _mirror(P):
         P[i, i] = max(P[i, i], _LEAST[i])
 
 
-@leaf_kernel
+@inline_kernel
 def correct(pose, P, g0, g1, g2, innovation, variance):
     """Scalar update with the row G = (g0, g1, g2): K = P G' / S, S = G P G' + variance; returns S."""
     p0 = P[0, 0] * g0 + P[0, 1] * g1 + P[0, 2] * g2
@@ -95,7 +95,7 @@ def correct(pose, P, g0, g1, g2, innovation, variance):
     return S
 
 
-@leaf_kernel
+@inline_kernel
 def correct_place(pose, P, H, innovation_u, innovation_v, ruu, ruv, rvv):
     """Update with both coordinates of a place: K = P H' S^-1, S = H P H' + R.
 
@@ -128,7 +128,7 @@ def correct_place(pose, P, H, innovation_u, innovation_v, ruu, ruv, rvv):
     _mirror(P)
 
 
-@leaf_kernel
+@inline_kernel
 def in_antenna_frame(pose, direction, x, y, ys, yc, tag_x, tag_y):
     """Where a tag lies in the frame of an antenna at (x, y) on the robot: z, and its derivative H by rows.
 
