@@ -61,6 +61,7 @@ def carry(pose, P, s, c, odometry, row, noise):
 
 @inline_kernel
 def wrapped(angle):
+    """The angle in [-pi, pi]; one that is there already stays as it is."""
     if abs(angle) <= math.pi:
         return angle
     return angle - 2.0 * math.pi * math.floor(angle * (0.5 / math.pi) + 0.5)

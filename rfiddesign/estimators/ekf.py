@@ -17,6 +17,7 @@ from rfiddesign.estimators.verbs import (
     Kernels,
     belief,
     estimate,
+    moments_of,
     predict,
     track,
     update,
@@ -26,7 +27,7 @@ from rfiddesign.models.motion import Motion, OmnidirectionalMotion
 from rfiddesign.models.robot import Robot
 from rfiddesign.models.shape import shape_of
 
-__all__ = ["KINDS", "Ekf", "build", "estimate", "init", "predict", "track", "update", "workspace"]
+__all__ = ["KINDS", "N_ESTIMATE", "Ekf", "build", "estimate", "init", "predict", "track", "update", "workspace"]
 
 KERNELS = Kernels(kernels.predict, kernels.update, kernels.track)
 KINDS = {"quantized": kernels.QUANTIZED, "constrained": kernels.CONSTRAINED}
@@ -96,9 +97,7 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
     """The belief before the first step; told nothing, the filter waits for two tags (eq. 13)."""
     pose, covariance, search = pose_of(start)
     arrays = (pose, covariance, search, np.zeros((ready.n_antennas, 4)), np.zeros(1), np.array([0.0, 0.0, 1.0]))
-    moments = np.zeros(N_ESTIMATE)
-    moments[:3], moments[9] = pose, 1.0
-    moments[3:9] = covariance[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    moments = moments_of(pose, covariance)
     return belief(key, arrays, moments)
 
 

@@ -18,6 +18,7 @@ from rfiddesign.estimators.verbs import (
     Kernels,
     belief,
     estimate,
+    moments_of,
     predict,
     track,
     update,
@@ -26,7 +27,7 @@ from rfiddesign.estimators.verbs import (
 from rfiddesign.models.motion import Motion, OmnidirectionalMotion
 from rfiddesign.models.robot import Robot
 
-__all__ = ["METHODS", "Geometric", "build", "estimate", "init", "predict", "track", "update", "workspace"]
+__all__ = ["METHODS", "N_ESTIMATE", "Geometric", "build", "estimate", "init", "predict", "track", "update", "workspace"]
 
 KERNELS = Kernels(kernels.predict, kernels.update, kernels.track)
 METHODS = {
@@ -136,7 +137,5 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
     memory[kernels.IS_KNOWN] = search[_acquisition_kernels.STAGE] == 2.0
     search[:] = 0.0
     history = np.zeros((ready.settings.window, N_HISTORY))
-    moments = np.zeros(N_ESTIMATE)
-    moments[:3], moments[9] = pose, 1.0
-    moments[3:9] = covariance[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+    moments = moments_of(pose, covariance)
     return belief(key, (pose, covariance, search, history, memory), moments)

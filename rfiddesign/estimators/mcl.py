@@ -18,6 +18,7 @@ from rfiddesign.estimators.verbs import (
     belief,
     estimate,
     known,
+    moments_of,
     predict,
     track,
     update,
@@ -140,8 +141,7 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
         scatter_kernels.scatter_about(
             np.uint64(key), np.asarray(start.pose, float), root, drawn[0, :m], drawn[1, :m], angles
         )
-        moments[:3] = start.pose
-        moments[3:9] = np.asarray(start.covariance, float)[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
+        moments = moments_of(start.pose, start.covariance, m)
     else:
         low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
         scatter_kernels.scatter(np.uint64(key), low_x, low_y, high_x, high_y, drawn[0, :m], drawn[1, :m], angles)

@@ -92,6 +92,12 @@ def belief(key: int, arrays: tuple, moments: np.ndarray) -> Belief:
     return Belief(np.uint64(key), 0, arrays, moments, np.zeros(3))
 
 
+def moments_of(pose: np.ndarray, covariance: np.ndarray, sample_size: float = 1.0) -> np.ndarray:
+    """An estimate in the columns of `Belief.moments`, from a pose (3,) and its covariance (3, 3)."""
+    covariance = np.asarray(covariance, float)
+    return np.array([*pose, *covariance[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]], sample_size])
+
+
 def predict(ready: Filter, state: Belief, increment: np.ndarray) -> Belief:
     """Move the belief by an odometry increment (3,) in the robot's frame [mm, mm, rad]."""
     odometry, arrays = np.array(increment, float).reshape(1, 3), workspace(state)

@@ -1,13 +1,15 @@
 """What an analysis gets to see of a reproduction: what was measured, and the means to simulate more."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from rfiddesign.reproduce.config import RowSection
 from rfiddesign.reproduce.load import Case, Reproduction, case_of
 from rfiddesign.reproduce.measure import Errors, measure
 from rfiddesign.reproduce.rows import Row
+from rfiddesign.simulation.monte_carlo import Job, Simulator
+from rfiddesign.simulation.run import Trace
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,11 @@ class Context:
 
         return measure(case, n_runs, self.loaded.file.seed, self.n_workers, count)
 
-    def with_rows(self, rows: tuple[Row, ...]) -> "Context":
-        """The context with more rows."""
-        return replace(self, rows=(*self.rows, *rows))
+    def traces(self, table: str, rows: tuple[str, ...]) -> dict[str, Trace]:
+        """Run 0 of some rows of a table, step by step."""
+        traces = {}
+        for row in rows:
+            case = self.case(table, row)
+            with Simulator(case.scenario, self.loaded.file.seed, 1) as simulator:
+                traces[row] = simulator.trace(Job(case.design, 0))
+        return traces

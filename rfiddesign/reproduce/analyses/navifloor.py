@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from rfiddesign.report.figures.style import CYCLE, LINE_STYLES, new_figure, styled
 from rfiddesign.reproduce.context import Context
 from rfiddesign.reproduce.rows import Row, row_of
-from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.run import Trace
 
 PATH_TABLE = "table II"
@@ -30,17 +29,7 @@ def analyse(context: Context) -> tuple[list[Row], dict[str, Figure]]:
             rows.append(row_of(table, f"{worse} worse than {better}", "share_of_seeds", difference > 0))
         is_ranked = np.all([errors[a] > errors[b] for a, b in pairwise(RANKING)], axis=0)
         rows.append(row_of(table, " > ".join(RANKING), "share_of_seeds", is_ranked))
-    return rows, {"paths": paths_figure(_traces(context)), "rmse": rmse_figure(context)}
-
-
-def _traces(context: Context) -> dict[str, Trace]:
-    """Run 0 of the filters shown."""
-    traces = {}
-    for name in SHOWN:
-        case = context.case(PATH_TABLE, name)
-        with Simulator(case.scenario, context.loaded.file.seed, 1) as simulator:
-            traces[name] = simulator.trace(Job(case.design, 0))
-    return traces
+    return rows, {"paths": paths_figure(context.traces(PATH_TABLE, SHOWN)), "rmse": rmse_figure(context)}
 
 
 @styled

@@ -13,7 +13,6 @@ from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.report.figures.style import CYCLE, LINE_STYLES, MARKERS, new_figure, styled
 from rfiddesign.reproduce.context import Context
 from rfiddesign.reproduce.rows import Row, row_of
-from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.record import record
 from rfiddesign.simulation.run import Trace, key_of
 from rfiddesign.simulation.scenario import World
@@ -43,7 +42,7 @@ def analyse(context: Context) -> tuple[list[Row], dict[str, Figure]]:
             spread = math.sqrt(chance * (1 - chance) / n_paths)
             rows.append(Row("chance of a read", f"{name}, {length:g} mm", "chance", None, chance, spread, "1"))
     rows += bounds_of_equations_3_and_4(context)
-    return rows, {"figure-5": errors_figure(_traces(context)), "chance-of-a-read": chance_figure(curves)}
+    return rows, {"figure-5": errors_figure(context.traces(TABLE, ROWS)), "chance-of-a-read": chance_figure(curves)}
 
 
 def patterns() -> dict[str, TagPattern]:
@@ -116,15 +115,6 @@ def bounds_of_equations_3_and_4(context: Context) -> list[Row]:
         row_of("eqs. 3 and 4", "ahead, mean over radius", "ratio", ahead / RADIUS_MM),
         row_of("eqs. 3 and 4", "across over its bound, largest", "ratio", np.array([(np.abs(across) / bound).max()])),
     ]
-
-
-def _traces(context: Context) -> dict[str, Trace]:
-    traces = {}
-    for name in ROWS:
-        case = context.case(TABLE, name)
-        with Simulator(case.scenario, context.loaded.file.seed, 1) as simulator:
-            traces[name] = simulator.trace(Job(case.design, 0))
-    return traces
 
 
 @styled
