@@ -1,6 +1,5 @@
 """Quantized and constrained extended Kalman filters (rssi_kalman_navifloor, section IV)."""
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,7 +8,7 @@ from rfiddesign import require
 from rfiddesign.estimators import _acquisition_kernels
 from rfiddesign.estimators import _ekf_kernels as kernels
 from rfiddesign.estimators.acquisition import radius_of
-from rfiddesign.estimators.start import KnownStart, Start, UncertainStart
+from rfiddesign.estimators.start import KnownStart, Start, UnknownStart, moments_of_start
 from rfiddesign.estimators.verbs import (
     N_ESTIMATE,
     Belief,
@@ -103,13 +102,8 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
 
 def pose_of(start: Start) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pose (3,), covariance (3, 3) and search (see `_acquisition_kernels`) that a start means."""
-    search = np.zeros(_acquisition_kernels.N_SEARCH)
-    if isinstance(start, KnownStart | UncertainStart):
+    search, (pose, covariance) = np.zeros(_acquisition_kernels.N_SEARCH), moments_of_start(start)
+    if not isinstance(start, UnknownStart):
         search[_acquisition_kernels.STAGE] = 2.0
-        covariance = np.diag(_KNOWN)
-        if isinstance(start, UncertainStart):
-            covariance = np.asarray(start.covariance, float) + np.diag(_KNOWN) * 1e-3
-        return np.asarray(start.pose, float).copy(), covariance, search
-    low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
-    variances = ((high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3)
-    return np.array([(low_x + high_x) / 2, (low_y + high_y) / 2, 0.0]), np.diag(variances), search
+        covariance = covariance + np.diag(_KNOWN) * (1.0 if isinstance(start, KnownStart) else 1e-3)
+    return pose, covariance, search

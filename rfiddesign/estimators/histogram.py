@@ -18,14 +18,14 @@ from rfiddesign.estimators import _histogram_window_kernels as window_kernels
 from rfiddesign.estimators._acquisition_kernels import N_SEARCH, STAGE
 from rfiddesign.estimators.acquisition import radius_of
 from rfiddesign.estimators.mcl import motion_noise
-from rfiddesign.estimators.start import KnownStart, Start, UncertainStart
+from rfiddesign.estimators.start import Start, UnknownStart, moments_of_start
 from rfiddesign.estimators.verbs import (
-    N_ESTIMATE,
     Belief,
     Filter,
     Kernels,
     belief,
     estimate,
+    moments_of,
     predict,
     track,
     update,
@@ -154,21 +154,17 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
     k, n = settings.n_headings, settings.n_cells
     mass, spare, origins = np.zeros((k, n, n)), np.zeros((k, n, n)), np.zeros((k, 2))
     box, frame, shape = np.zeros(6, np.int64), np.zeros(window_kernels.N_FRAME), np.zeros(window_kernels.N_SHAPE)
-    marginals, held, search = np.zeros((3, max(k, n))), np.zeros(N_ESTIMATE), np.zeros(N_SEARCH)
+    marginals, search = np.zeros((3, max(k, n))), np.zeros(N_SEARCH)
+    pose, covariance = moments_of_start(start)
+    held = moments_of(pose, covariance)
     frame[window_kernels.CELL], frame[window_kernels.TURN] = settings.cell_mm, settings.cell_rad
-    if isinstance(start, KnownStart | UncertainStart):
+    if not isinstance(start, UnknownStart):
         search[STAGE] = 2.0
-        covariance = np.zeros((3, 3)) if isinstance(start, KnownStart) else np.array(start.covariance, float)
-        pose = np.array(start.pose, float)
         kernels.begin(pose, covariance, rules[6], rules[4], mass, spare, origins, box, frame)
         window_kernels.moments(mass, origins, box, frame, marginals, shape, held.reshape(1, -1), 0)
         window_kernels.trim(mass, box, marginals, 1.0)
-        held[:3], held[3:9] = pose, covariance[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
-    else:
-        low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
-        held[:3] = (low_x + high_x) / 2, (low_y + high_y) / 2, 0.0
-        held[[3, 5, 8]] = (high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3
-    held[9] = 1.0
+        # The window's moments took its place.
+        held = moments_of(pose, covariance)
     arrays = (mass, spare, origins, box, frame, shape, marginals, held, search)
     return belief(key, arrays, held.copy())
 

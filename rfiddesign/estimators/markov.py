@@ -11,7 +11,6 @@ two places' variances.  Two things are done another way than the paper has them:
   (Schmidt), and the paper's direction between two places corrects the heading.
 """
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,14 +21,14 @@ from rfiddesign.estimators import _markov_belief_kernels as belief_kernels
 from rfiddesign.estimators import _markov_kernels as kernels
 from rfiddesign.estimators.acquisition import radius_of
 from rfiddesign.estimators.mcl import motion_noise
-from rfiddesign.estimators.start import KnownStart, Start, UncertainStart
+from rfiddesign.estimators.start import Start, UnknownStart, moments_of_start
 from rfiddesign.estimators.verbs import (
-    N_ESTIMATE,
     Belief,
     Filter,
     Kernels,
     belief,
     estimate,
+    moments_of,
     predict,
     track,
     update,
@@ -101,19 +100,11 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
     """The belief before the first step; `key` is not used, since nothing is drawn."""
     n, cell = ready.settings.n_cells, float(ready.settings.cell_mm)
     numbers, grids = np.zeros(belief_kernels.N_NUMBERS), np.zeros((2, n, n))
-    search, moments = np.zeros(acquisition_kernels.N_SEARCH), np.zeros(N_ESTIMATE)
-    moments[-1] = 1.0
-    if isinstance(start, KnownStart | UncertainStart):
-        pose = np.array(start.pose, float)
-        covariance = np.array(start.covariance, float) if isinstance(start, UncertainStart) else np.zeros((3, 3))
+    search, (pose, covariance) = np.zeros(acquisition_kernels.N_SEARCH), moments_of_start(start)
+    moments = moments_of(pose, covariance)
+    if not isinstance(start, UnknownStart):
         belief_kernels.begin(cell, pose, covariance, numbers, grids, belief_kernels.make_room(n))
-        moments[:3] = pose
-        moments[3:9] = covariance[[0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2]]
     else:
-        low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
-        moments[:2] = (low_x + high_x) / 2, (low_y + high_y) / 2
-        # Of uniform distributions over the box and the turn.
-        moments[[3, 5, 8]] = (high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3
         numbers[[belief_kernels.MIDDLE_X, belief_kernels.MIDDLE_Y]] = moments[:2]
         numbers[[belief_kernels.GRID_XX, belief_kernels.GRID_YY, belief_kernels.VARIANCE]] = moments[[3, 5, 8]]
     return belief(key, (numbers, grids, search), moments)

@@ -9,7 +9,7 @@ from rfiddesign import require
 from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
 from rfiddesign.estimators import _scatter_kernels as scatter_kernels
-from rfiddesign.estimators.start import KnownStart, Start, UncertainStart
+from rfiddesign.estimators.start import KnownStart, Start, UncertainStart, moments_of_start
 from rfiddesign.estimators.verbs import (
     N_ESTIMATE,
     Belief,
@@ -129,29 +129,20 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
     cloud = particle_kernels.aligned_zeros((particle_kernels.N_FIELDS, width), np.float32)
     drawn = particle_kernels.aligned_zeros((3, room), np.float32)
     angles = particle_kernels.aligned_zeros((room,), np.int32)
-    moments = np.zeros(N_ESTIMATE)
-    moments[-1] = m
+    pose, covariance = moments_of_start(start)
     if isinstance(start, KnownStart):
-        pose = np.asarray(start.pose, float)
         drawn[0], drawn[1] = pose[0], pose[1]
         angles[:m] = binary_angle(pose[2])
-        moments[:3] = pose
     elif isinstance(start, UncertainStart):
-        root = np.linalg.cholesky(np.asarray(start.covariance, float) + np.diag([1e-9, 1e-9, 1e-15]))
-        scatter_kernels.scatter_about(
-            np.uint64(key), np.asarray(start.pose, float), root, drawn[0, :m], drawn[1, :m], angles
-        )
-        moments = moments_of(start.pose, start.covariance, m)
+        root = np.linalg.cholesky(covariance + np.diag([1e-9, 1e-9, 1e-15]))
+        scatter_kernels.scatter_about(np.uint64(key), pose, root, drawn[0, :m], drawn[1, :m], angles)
     else:
         low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
         scatter_kernels.scatter(np.uint64(key), low_x, low_y, high_x, high_y, drawn[0, :m], drawn[1, :m], angles)
-        moments[:3] = (low_x + high_x) / 2, (low_y + high_y) / 2, 0.0
-        # Of uniform distributions over the box and the turn.
-        moments[[3, 5, 8]] = (high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3
     # Lanes beyond the last particle weigh nothing, and stay near the others.
     drawn[:2, m:] = drawn[:2, m - 1 : m]
     angles[m:] = angles[m - 1]
-    return belief(key, (drawn, angles, cloud), moments)
+    return belief(key, (drawn, angles, cloud), moments_of(pose, covariance, m))
 
 
 def positions(ready: Filter, state: Belief) -> np.ndarray:

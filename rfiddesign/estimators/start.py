@@ -1,5 +1,6 @@
 """What an estimator is told of the robot's pose before the first step."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,3 +56,14 @@ class UnknownStart:
 
 
 Start = KnownStart | UncertainStart | UnknownStart
+
+
+def moments_of_start(start: Start) -> tuple[np.ndarray, np.ndarray]:
+    """Mean pose (3,) and covariance (3, 3) of what a start tells; of uniform distributions over a box and the turn."""
+    if isinstance(start, KnownStart):
+        return np.array(start.pose, float), np.zeros((3, 3))
+    if isinstance(start, UncertainStart):
+        return np.array(start.pose, float), np.array(start.covariance, float)
+    low_x, low_y, high_x, high_y = (float(bound) for bound in start.bounds_mm)
+    variances = ((high_x - low_x) ** 2 / 12, (high_y - low_y) ** 2 / 12, math.pi**2 / 3)
+    return np.array([(low_x + high_x) / 2, (low_y + high_y) / 2, 0.0]), np.diag(variances)

@@ -5,6 +5,7 @@ import numpy as np
 from rfiddesign.estimators import markov
 from rfiddesign.estimators.markov import Markov
 from rfiddesign.estimators.start import UncertainStart
+from rfiddesign.estimators.verbs import N_ESTIMATE
 from rfiddesign.geometry import Disc, compose, listed
 from rfiddesign.models.motion import OmnidirectionalMotion
 from rfiddesign.models.recording import Recording
@@ -51,7 +52,7 @@ def a_drive(rng, n_steps, motion, start=(0.0, 0.0, 0.0), forward=10.0, sideways=
 
 
 def tracked(ready, start, recording, stops=()):
-    state, rows = markov.init(ready, start, 1), np.empty((recording.n_steps + 1, markov.N_ESTIMATE))
+    state, rows = markov.init(ready, start, 1), np.empty((recording.n_steps + 1, N_ESTIMATE))
     rows[0] = state.moments
     for stop in (*stops, recording.n_steps):
         state = markov.track(ready, state, recording, stop, rows)

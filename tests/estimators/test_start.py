@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rfiddesign.estimators.start import KnownStart, UncertainStart, UnknownStart
+from rfiddesign.estimators.start import KnownStart, UncertainStart, UnknownStart, moments_of_start
 
 
 @pytest.mark.parametrize(
@@ -44,8 +44,10 @@ def test_an_uncertain_start_has_a_covariance(covariance, words):
 
 
 def test_an_uncertain_start_may_be_certain_of_an_axis():
-    UncertainStart((0.0, 0.0, 0.0), np.diag([100.0, 100.0, 0.0]).tolist())
-    UncertainStart((0.0, 0.0, 0.0), np.zeros((3, 3)).tolist())
+    for variances in ([100.0, 100.0, 0.0], [0.0, 0.0, 0.0]):
+        pose, covariance = moments_of_start(UncertainStart((1.0, 2.0, 3.0), np.diag(variances).tolist()))
+        assert pose.tolist() == [1.0, 2.0, 3.0]
+        assert np.diag(covariance).tolist() == variances
 
 
 def test_an_uncertain_start_is_a_place():
