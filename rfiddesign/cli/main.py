@@ -31,6 +31,7 @@ Settings = Annotated[
 Json = Annotated[bool, Parameter(name="--json", negative=(), help="print one JSON object and nothing else")]
 Seed = Annotated[int | None, Parameter(help="seed in place of the study's")]
 Workers = Annotated[int | None, Parameter(help="threads; default: one per core")]
+VariantName = Annotated[str | None, Parameter(name="--variant", help="a variant that the study file names")]
 
 
 @app.command
@@ -40,36 +41,44 @@ def run(
 ):  # fmt: skip
     """Search the cheapest certified design of STUDY and write its report; an interrupted search goes on.
 
+    If the study file names variants, each is answered in a folder of its own, and they are compared.
+
     Parameters
     ----------
     study : folder of a study, or its study.toml.
     out : folder for the results; default: results/NAME.
     """
     from rfiddesign.cli.progress import StageDisplay
-    from rfiddesign.cli.text import answer_lines
-    from rfiddesign.report import write_report
-    from rfiddesign.study import load_study, run_study
+    from rfiddesign.cli.text import answer_lines, comparison_lines
+    from rfiddesign.report import write_comparison, write_report
+    from rfiddesign.study import load_study, run_study, run_variants
 
     _check_count("--workers", workers, MAX_WORKERS)
     loaded = load_study(study, _settings(set_, seed))
     folder = out or Path("results") / loaded.name
     try:
         with StageDisplay() as display:
-            result = run_study(loaded, folder, workers, display.show)
-            display.say("drawing the report")
-            page = write_report(folder)
+            if loaded.variants:
+                result = run_variants(loaded, folder, workers, display.show, _draw_missing)
+                page = write_comparison(folder)
+                lines = comparison_lines(result, folder, page)
+            else:
+                result = run_study(loaded, folder, workers, display.show)
+                display.say("drawing the report")
+                page = write_report(folder)
+                lines = answer_lines(result, folder, page)
     except KeyboardInterrupt:
         print(f"interrupted; what was done is in {folder}: the same command goes on from there", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
     if json:
         _print_json(result.model_dump(mode="json") | {"report": str(page)})
     else:
-        print("\n".join(answer_lines(result, folder, page)))
+        print("\n".join(lines))
 
 
 @app.command
 def check(study: Path, *, set_: Settings = None, json: Json = False):
-    """Read STUDY, say what it would search and how its floor depends on the map's thresholds; simulate nothing.
+    """Read STUDY, say what it and its variants would search and how its floor depends on the map; simulate nothing.
 
     Parameters
     ----------
@@ -87,8 +96,8 @@ def check(study: Path, *, set_: Settings = None, json: Json = False):
 
 @app.command
 def evaluate(
-    study: Path, *, set_: Settings = None, runs: int = 20, gap: Annotated[bool, Parameter(negative=())] = False,
-    workers: Workers = None, seed: Seed = None, json: Json = False,
+    study: Path, *, set_: Settings = None, variant: VariantName = None, runs: int = 20, workers: Workers = None,
+    gap: Annotated[bool, Parameter(negative=())] = False, seed: Seed = None, json: Json = False,
 ):  # fmt: skip
     """Simulate one design of STUDY and print its localization errors.
 
@@ -101,11 +110,11 @@ def evaluate(
     from rfiddesign.cli.progress import CountDisplay
     from rfiddesign.cli.text import evaluation_lines
     from rfiddesign.evaluate import MAX_RUNS
-    from rfiddesign.study import evaluate_study, load_study
+    from rfiddesign.study import evaluate_study, load_study, variant_of
 
     _check_count("--workers", workers, MAX_WORKERS)
     _check_count("--runs", runs, MAX_RUNS)
-    loaded = load_study(study, _settings(set_, seed))
+    loaded = variant_of(load_study(study, _settings(set_, seed)), variant, "--variant")
     total = 2 * runs if gap else runs
     with CountDisplay(f"{total:,} runs", total) as display:
         summary = evaluate_study(loaded, runs, workers, display.show, with_gap=gap)
@@ -116,7 +125,7 @@ def evaluate(
 
 
 @app.command
-def coverage(study: Path, *, set_: Settings = None, json: Json = False):
+def coverage(study: Path, *, set_: Settings = None, variant: VariantName = None, json: Json = False):
     """Print what the antennas of one design of STUDY see of its tags, and where they are blind.
 
     Parameters
@@ -124,9 +133,9 @@ def coverage(study: Path, *, set_: Settings = None, json: Json = False):
     study : folder of a study, or its study.toml.
     """
     from rfiddesign.cli.text import coverage_lines
-    from rfiddesign.study import coverage_of_study, load_study
+    from rfiddesign.study import coverage_of_study, load_study, variant_of
 
-    summary = coverage_of_study(load_study(study, _settings(set_, None)))
+    summary = coverage_of_study(variant_of(load_study(study, _settings(set_, None)), variant, "--variant"))
     if json:
         _print_json(summary)
     else:
@@ -135,15 +144,16 @@ def coverage(study: Path, *, set_: Settings = None, json: Json = False):
 
 @app.command
 def report(folder: Path):
-    """Draw the report of a finished study again, from its folder alone.
+    """Draw the report of a finished study, or of the comparison of its variants, again, from its folder alone.
 
     Parameters
     ----------
-    folder : results of `rfiddesign run`.
+    folder : results of `rfiddesign run`; of a comparison, or of one of its variants.
     """
-    from rfiddesign.report import write_report
+    from rfiddesign.report import write_comparison, write_report
+    from rfiddesign.results.folder import COMPARISON
 
-    print(write_report(folder))
+    print(write_comparison(folder) if (folder / COMPARISON).exists() else write_report(folder))
 
 
 @app.command
@@ -196,6 +206,15 @@ def main(arguments: list[str] | None = None) -> None:
         _fail(": ".join(str(part) for part in (error.filename, error.strerror or error) if part))
     except KeyboardInterrupt:
         raise SystemExit(INTERRUPTED) from None
+
+
+def _draw_missing(folder: Path) -> None:
+    """Draw the report of a finished study unless it is there."""
+    from rfiddesign.report import write_report
+    from rfiddesign.results.folder import REPORT
+
+    if not (folder / REPORT).exists():
+        write_report(folder)
 
 
 def _settings(given: list[str] | None, seed: int | None) -> tuple[str, ...]:

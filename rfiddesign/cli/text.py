@@ -5,17 +5,23 @@ from pathlib import Path
 from typing import Any
 
 from rfiddesign.optimize.space import ANY_LAYOUT
+from rfiddesign.results.comparison import Comparison, VariantAnswer
 from rfiddesign.results.study_result import AnswerRecord, StudyResult
-from rfiddesign.units import DEG_PER_RAD, money
+from rfiddesign.units import DEG_PER_RAD, flops, money
 
 
 def answer_lines(result: StudyResult, folder: Path, page: Path) -> list[str]:
     """The cheapest design of each fleet, its price and certificate, and where the report is."""
-    lines = [result.title, f"{result.space.n_candidates:,} designs tested on {result.floor.area_m2:,.0f} m2"]
+    what = _candidates(is_estimator_open=result.is_estimator_open)
+    lines = [result.title, f"{result.space.n_candidates:,} {what} tested on {result.floor.area_m2:,.0f} m2"]
     names = {design.number: design.name for design in result.designs}
     for answer in result.answers:
         lines += ["", *_answer_lines(answer, names, result)]
     return [*lines, "", f"report: {page}", f"all results: {folder}"]
+
+
+def _candidates(*, is_estimator_open: bool) -> str:
+    return "pairs of design and estimator" if is_estimator_open else "designs"
 
 
 def _answer_lines(answer: AnswerRecord, names: dict[int, str], result: StudyResult) -> list[str]:
@@ -36,14 +42,47 @@ def _answer_lines(answer: AnswerRecord, names: dict[int, str], result: StudyResu
         f"{test.fail_probability:.0%} of drives they hold (chance of error at most {test.alpha_certify:.1%})",
         f"  claim        {answer.claim}: {answer.claim_words}{certainty}",
     ]
+    if answer.computing is not None:
+        what = {each.name: each.words for each in result.estimators}.get(answer.computing.estimator, "")
+        name = f"{answer.computing.estimator} ({what})" if what else answer.computing.estimator
+        lines.append(f"  estimator    {name}, {flops(answer.computing.flops_per_step)} per step")
     for design in answer.runners_up:
         lines.append(f"  next best    {names[design.design]}, {money(design.cost_cents, answer.currency)}")
     return lines
 
 
+def comparison_lines(comparison: Comparison, folder: Path, page: Path) -> list[str]:
+    """Price, saving and design of every variant for each fleet, and where the page is."""
+    lines = [comparison.title, f"{len(comparison.variants)} variants; savings are against {comparison.base}"]
+    width = max(len(variant.name) for variant in comparison.variants)
+    for n_robots in comparison.fleets:
+        lines += ["", f"{n_robots:,} robot{'s' * (n_robots != 1)}"]
+        for variant in comparison.variants:
+            answer = variant.answer(n_robots)
+            if answer is not None:
+                lines.append(f"  {variant.name:<{width}}  {_variant_words(answer)}")
+    return [*lines, "", f"report: {page}", f"all results: {folder}"]
+
+
+def _variant_words(answer: VariantAnswer) -> str:
+    if answer.winner is None:
+        return f"none certified: {answer.claim_words}"
+    words = f"{money(answer.winner.cost_cents, answer.currency)}, {answer.winner.name}"
+    if answer.n_undecided:
+        words += f" ({answer.n_undecided} cheaper undecided)"
+    if answer.saving is None:
+        return words
+    cents, share = answer.saving.cents, f"{abs(answer.saving.share):.1%}"
+    if cents == 0:
+        return f"{words}; costs the same"
+    amount = money(abs(cents), answer.currency)
+    return f"{words}; {f'saves {amount}' if cents > 0 else f'costs {amount} more'} ({share})"
+
+
 def check_lines(summary: dict[str, Any]) -> list[str]:
     """Summary of `check`."""
     floor, space = summary["floor"], summary["space"]
+    what = _candidates(is_estimator_open=len(summary["estimators"]) > 1)
     lines = [
         summary["title"],
         f"floor   {floor['area_m2']:,.1f} m2 drivable, {floor['navigable_m2']:,.1f} m2 for the robot's centre"
@@ -53,10 +92,14 @@ def check_lines(summary: dict[str, Any]) -> list[str]:
         if row["value"] is not None:
             lines.append(f"          {row['name']} = {row['value']:g}: {row['area_m2']:,.1f} m2")
     lines += [
-        f"space   {space['n_combinations']:,} designs, {space['n_unbuildable']:,} cannot be built",
+        f"space   {space['n_combinations']:,} {what}, {space['n_unbuildable']:,} cannot be built",
         *_unbuildable_lines(space["unbuildable"]),
         f"fleet   {', '.join(str(n) for n in summary['fleet'])} robots",
+        *([f"filter  left open: {' or '.join(summary['estimators'])}"] if len(summary["estimators"]) > 1 else []),
     ]
+    for variant in summary["variants"]:
+        settings = ", ".join(f"{key} = {value}" for key, value in variant["set"].items())
+        lines.append(f"variant {variant['name']}: {settings or 'as the study itself'}")
     return lines
 
 
@@ -94,6 +137,10 @@ def evaluation_lines(summary: dict[str, Any]) -> list[str]:
         lines.append(
             f"  optimality gap: {ratio['mean']:.3g}{spread} times the {exact['mean']:.3g} mm of the exact filter"
         )
+    lines.append(
+        f"  computing time: {summary['us_per_step']:.3g} us per step on this machine,"
+        f" {flops(summary['flops_per_step'])}"
+    )
     for n_robots, price in summary["price_cents_by_robots"].items():
         lines.append(f"  price for {n_robots} robots: {money(price, summary['currency'])}")
     return lines

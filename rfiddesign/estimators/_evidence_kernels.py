@@ -2,17 +2,20 @@
 
 import numpy as np
 
-from rfiddesign.estimators._particle_kernels import HEADING, X, Y
-from rfiddesign.numerics import _lane_kernels as lanes
 from rfiddesign.numerics._compile_kernels import kernel, leaf_kernel
-from rfiddesign.numerics._lane_kernels import LANES
-from rfiddesign.numerics._math_kernels import RADIANS_PER_BINARY_UNIT, sin_cos_64
+from rfiddesign.numerics._math_kernels import sin_cos_64
 
 _F = np.float32
 # Columns: the tag on the map, its antenna on the robot when it polled, whitening by rows, number of the table.
 N_READ = 9
-# Tags not read by one poll that are looked at; where there may be more, the belief is too vague to learn from them.
-MOST_UNREAD = 8
+# Tags near one poll that are looked at; where there are more, the belief is too vague to learn from them.
+MOST_UNREAD = 32
+# An antenna's place is known to so many sigmas, and not at all beyond so many reaches of it.
+SIGMAS = 4.0
+MOST_REACHES = 50.0
+# Particles that turn more than this (one sigma) are too few per place of an antenna: what was not read would leave of
+# them those that happen to lie well, not those that face right [rad].
+_MOST_TURN = 0.4
 
 
 @kernel
@@ -61,39 +64,26 @@ def gather(
 
 
 @leaf_kernel
-def _extent(cloud):
-    """Middle (x, y) and radius of a cloud, half the spread of its headings [rad], and its middle heading."""
-    width = cloud.shape[1]
-    first = lanes.bits_of(cloud[HEADING, 0])
-    low_x = high_x = lanes.copies(cloud[X, 0])
-    low_y = high_y = lanes.copies(cloud[Y, 0])
-    low_turn = high_turn = lanes.copies(_F(0.0))
-    # Lanes beyond the last particle are copies of particles.
-    for i in range(0, width, LANES):
-        x, y = lanes.load(cloud, X * width + i), lanes.load(cloud, Y * width + i)
-        turn = lanes.to_float(lanes.subtract(lanes.bits_of(lanes.load(cloud, HEADING * width + i)), first))
-        low_x, high_x = lanes.lesser(low_x, x), lanes.greater(high_x, x)
-        low_y, high_y = lanes.lesser(low_y, y), lanes.greater(high_y, y)
-        low_turn, high_turn = lanes.lesser(low_turn, turn), lanes.greater(high_turn, turn)
-    zero = lanes.copies(_F(0.0))
-    left, right = lanes.least(low_x), -lanes.least(zero - high_x)
-    bottom, top = lanes.least(low_y), -lanes.least(zero - high_y)
-    begin, end = np.float64(lanes.least(low_turn)), -np.float64(lanes.least(zero - high_turn))
-    mid_x, mid_y = _F(0.5) * (left + right), _F(0.5) * (bottom + top)
-    farthest = lanes.copies(_F(0.0))
-    for i in range(0, width, LANES):
-        dx, dy = lanes.load(cloud, X * width + i) - mid_x, lanes.load(cloud, Y * width + i) - mid_y
-        farthest = lanes.greater(farthest, lanes.fma(dx, dx, dy * dy))
-    radius = np.sqrt(np.float64(-lanes.least(zero - farthest)))
-    heading = (np.float64(first) + 0.5 * (begin + end)) * RADIANS_PER_BINARY_UNIT
-    spread = 0.5 * (end - begin) * RADIANS_PER_BINARY_UNIT
-    return np.float64(mid_x), np.float64(mid_y), radius, spread, heading
+def _whereabouts(about, x, y):
+    """Mean place of an antenna that is at (x, y) on the robot, and the radius about it that all but few places lie in.
+
+    With H = [I, J R (x, y)] its covariance is H P H'.
+    """
+    s, c = sin_cos_64(about[0, 2])
+    ahead_x, ahead_y = c * x - s * y, s * x + c * y
+    xh, yh, hh = about[0, 6], about[0, 7], about[0, 8]
+    xx = about[0, 3] + ahead_y * (ahead_y * hh - 2.0 * xh)
+    xy = about[0, 4] + ahead_x * xh - ahead_y * yh - ahead_x * ahead_y * hh
+    yy = about[0, 5] + ahead_x * (ahead_x * hh + 2.0 * yh)
+    half = 0.5 * (xx - yy)
+    widest = max(0.5 * (xx + yy) + np.sqrt(half * half + xy * xy), 0.0)
+    return about[0, 0] + ahead_x, about[0, 1] + ahead_y, SIGMAS * np.sqrt(widest)
 
 
 @leaf_kernel
 def gather_nothing_seen(
     step, t, odometry, read_start, read_antenna, read_tags, positions, whitening, slots, phases, period, ages,
-    is_inventory, reach, table_number, tag_x, tag_y, cell_start, grid, cloud, reads,
+    is_inventory, reach, table_number, tag_x, tag_y, cell_start, grid, about, reads,
 ):  # fmt: skip
     """Append to the rows the tags near an antenna that polled in this step and did not read them; returns all rows.
 
@@ -113,10 +103,8 @@ def gather_nothing_seen(
     is_age_compensated, delay = ages
     per_cell, x0, y0, n_x, n_y = grid
     n_reads = read_start[t + 1] - read_start[t]
-    mid_x, mid_y, radius, spread, heading = _extent(cloud)
-    if radius > 2.0 * reach or spread > 0.5:
+    if about[0, 8] > _MOST_TURN * _MOST_TURN:
         return n_reads
-    s, c = sin_cos_64(heading)
     n = n_reads
     for a in range(positions.shape[0]):
         if period > 1 and step % period != slots[a]:
@@ -130,19 +118,24 @@ def gather_nothing_seen(
         back = 1.0 - phases[a] + delay
         if is_age_compensated and back > 0.0:
             x, y = antenna_then(x, y, back, odometry[t, 0], odometry[t, 1], odometry[t, 2])
-        at_x, at_y = mid_x + c * x - s * y, mid_y + s * x + c * y
-        far = reach + radius + spread * np.sqrt(x * x + y * y)
+        at_x, at_y, around = _whereabouts(about, x, y)
+        far = reach + around
+        if not far <= MOST_REACHES * reach:
+            continue
         column, line, span = (at_x - x0) * per_cell, (at_y - y0) * per_cell, far * per_cell + 1e-6
         first_i, last_i = max(int(np.floor(column - span)), 0), min(int(np.floor(column + span)), n_x - 1)
         first_j, last_j = max(int(np.floor(line - span)), 0), min(int(np.floor(line + span)), n_y - 1)
-        begin = n
+        begin, n_near = n, 0
         for j in range(first_j, last_j + 1):
-            if first_i > last_i:
+            if first_i > last_i or n_near > MOST_UNREAD:
                 break
             for row in range(cell_start[j * n_x + first_i], cell_start[j * n_x + last_i + 1]):
                 dx, dy = tag_x[row] - at_x, tag_y[row] - at_y
                 if dx * dx + dy * dy > far * far:
                     continue
+                n_near += 1
+                if n_near > MOST_UNREAD:
+                    break
                 is_read = False
                 if has_read:
                     for k in range(read_start[t], read_start[t + 1]):
@@ -151,12 +144,11 @@ def gather_nothing_seen(
                         is_read = is_read or (read_antenna[k] == a and is_same)
                 if is_read:
                     continue
-                if n - begin < MOST_UNREAD:
-                    reads[n, 0], reads[n, 1], reads[n, 2], reads[n, 3] = tag_x[row], tag_y[row], x, y
-                    reads[n, 4], reads[n, 5] = whitening[a, 0, 0], whitening[a, 0, 1]
-                    reads[n, 6], reads[n, 7] = whitening[a, 1, 0], whitening[a, 1, 1]
-                    reads[n, 8] = _F(table_number)
+                reads[n, 0], reads[n, 1], reads[n, 2], reads[n, 3] = tag_x[row], tag_y[row], x, y
+                reads[n, 4], reads[n, 5] = whitening[a, 0, 0], whitening[a, 0, 1]
+                reads[n, 6], reads[n, 7] = whitening[a, 1, 0], whitening[a, 1, 1]
+                reads[n, 8] = _F(table_number)
                 n += 1
-        if n - begin > MOST_UNREAD:
+        if n_near > MOST_UNREAD:
             n = begin
     return n

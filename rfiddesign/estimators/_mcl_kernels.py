@@ -4,10 +4,21 @@ import numpy as np
 
 from rfiddesign.estimators._estimate_kernels import estimate
 from rfiddesign.estimators._evidence_kernels import N_READ, gather, gather_nothing_seen, room_for_evidence
-from rfiddesign.estimators._particle_kernels import HEADING, LOG, X, Y, load, resample, store, turn
+from rfiddesign.estimators._particle_kernels import HEADING, X, Y, load, resample, store, turn
+from rfiddesign.estimators._regularize_kernels import (
+    DUE,
+    MOST_TURN_VARIANCE,
+    bandwidth_due,
+    covariance_ahead,
+    move_moments,
+    predict_apart,
+    remember,
+    root_of,
+)
 from rfiddesign.estimators._scatter_kernels import reinitialize, restart_in_region
-from rfiddesign.estimators._weigh_kernels import weigh_by_discs, weigh_by_distance, weigh_by_field
-from rfiddesign.models._motion_kernels import step_deviations
+from rfiddesign.estimators._temper_kernels import LEAST_SHARE, best_of, temper
+from rfiddesign.estimators._weigh_kernels import weigh
+from rfiddesign.models._motion_kernels import step_deviations, step_variances
 from rfiddesign.numerics import _lane_kernels as lanes
 from rfiddesign.numerics._compile_kernels import kernel, leaf_kernel
 from rfiddesign.numerics._lane_kernels import LANES, fma
@@ -47,7 +58,24 @@ def predict(key, step, odometry, row, noise, drawn, headings, cloud):
 
 
 @leaf_kernel
-def update(key, step, n_particles, reads, n_reads, n_evidence, rules, table, cloud, drawn, headings, out, row):
+def move(key, step, odometry, row, noise, keeps_moments, drawn, headings, cloud, about):
+    """`predict`, together with the Liu-West move that is due; moves along what is known of the particles, if kept."""
+    increment = (odometry[row, 0], odometry[row, 1], odometry[row, 2])
+    variances = step_variances(noise, increment[0], increment[1], increment[2])
+    if about[0, DUE] > 0.0:
+        covariance = covariance_ahead(about, about[0, DUE], increment, variances)
+        if covariance[5] < MOST_TURN_VARIANCE:
+            predict_apart(key, step, increment, root_of(covariance), about, drawn, headings, cloud)
+        else:
+            predict(key, step, odometry, row, noise, drawn, headings, cloud)
+    else:
+        predict(key, step, odometry, row, noise, drawn, headings, cloud)
+    if keeps_moments:
+        move_moments(about, increment, variances)
+
+
+@leaf_kernel
+def update(key, step, n_particles, reads, n_reads, n_evidence, rules, table, cloud, drawn, headings, about, out, row):
     """Lines 4-13 for the reads of one step, from the cloud to `drawn`; writes the estimate to a row of `out`.
 
     Parameters
@@ -55,58 +83,58 @@ def update(key, step, n_particles, reads, n_reads, n_evidence, rules, table, clo
     reads : (n_evidence or more, N_READ) float32, see there: n_reads reads, then tags that were not read; with a table,
         whitening is the rotation to the antenna's axes.
     rules : (inner_radius, log_tail, log_alpha, cell_mm of the table, whether all particles restart in the region,
-        1 / (2 w) of `soft_discs`);
-        log_alpha = -inf: no reinitialization.
+        1 / (2 w) of `soft_discs`, squared bandwidth of the Liu-West kernel, most variance of a position that it is for,
+        least effective share of the particles that is not tempered, squared bandwidth of the moves of tempering);
+        log_alpha = -inf: no reinitialization; bandwidth or share 0: no regularization, no tempering.
     table : (n_tables, n, m) float32 log probabilities about the antenna; (n, 4, 1): discs, see `soft_discs`; without
         cells the likelihood is that of eq. 6.
     cloud : (N_FIELDS, width) float32.
     drawn, headings : see `resample`.
+    about : see `_regularize_kernels`.
     out : (n, N_ESTIMATE).
     """
-    if table.shape[2] == 1:
-        weigh_by_discs(reads, n_evidence, table, _F(rules[5]), cloud)
-    elif table.shape[1] > 0:
-        for k in range(n_evidence):
-            weigh_by_field(reads, k, table, rules[3], cloud)
-    else:
-        for k in range(n_evidence):
-            weigh_by_distance(reads, k, rules[0], rules[1], cloud)
+    weigh(reads, n_evidence, rules, table, cloud)
     total, lowest = estimate(n_particles, cloud, out, row)
     if n_evidence == 0:
         store(cloud, drawn, headings)
+        remember(out, row, 0.0, about)
         return
     log_alpha = _F(rules[2])
-    is_doubted = lowest < log_alpha
-    resample(key, step, n_particles, total, is_doubted, cloud, drawn, headings)
-    if not is_doubted or n_reads == 0:
-        return
-    if rules[4] > 0.0:
-        best = cloud[LOG, 0]
-        for m in range(n_particles):
-            best = max(best, cloud[LOG, m])
+    is_doubted, is_lost = lowest < log_alpha, False
+    if is_doubted and n_reads > 0 and rules[4] > 0.0:
+        best = best_of(n_particles, cloud)
         # What contradicts nothing may still be on the border of the field, at half the chance, for every row.
-        if best < log_alpha - _F(n_evidence) * _LOG_2:
-            restart_in_region(key, step, reads, n_reads, table, rules[3], n_particles, drawn, headings)
-            # Lanes beyond the last particle stay near the others.
-            for m in range(n_particles, cloud.shape[1]):
-                drawn[0, m], drawn[1, m] = drawn[0, n_particles - 1], drawn[1, n_particles - 1]
-                headings[m] = headings[n_particles - 1]
-    else:
+        is_lost = best < log_alpha - _F(n_evidence) * _LOG_2
+    if rules[LEAST_SHARE] > 0.0 and not is_lost:
+        total = temper(
+            key, step, n_particles, total, reads, n_evidence, rules, table, cloud, drawn, headings, about, out, row
+        )  # fmt: skip
+    resample(key, step, n_particles, total, is_doubted, cloud, drawn, headings)
+    remember(out, row, 0.0 if is_lost else bandwidth_due(out, row, n_particles, rules), about)
+    if is_lost:
+        restart_in_region(key, step, reads, n_reads, table, rules[3], n_particles, drawn, headings)
+        # Lanes beyond the last particle stay near the others.
+        for m in range(n_particles, cloud.shape[1]):
+            drawn[0, m], drawn[1, m] = drawn[0, n_particles - 1], drawn[1, n_particles - 1]
+            headings[m] = headings[n_particles - 1]
+        load(drawn, headings, cloud)
+        estimate(n_particles, cloud, about, 0)
+    elif is_doubted and n_reads > 0 and rules[4] == 0.0:
         reinitialize(key, step, log_alpha, reads, n_reads, n_particles, drawn, headings)
 
 
 @kernel
 def predict_step(key, step, odometry, row, model, arrays):
     """`predict` for particles that lie in `drawn` before and after; see `verbs.Kernels`."""
-    drawn, headings, cloud = arrays
-    predict(key, step, odometry, row, model[3], drawn, headings, cloud)
+    drawn, headings, cloud, about = arrays
+    move(key, step, odometry, row, model[3], model[4][4] > 0.0, drawn, headings, cloud, about)
     store(cloud, drawn, headings)
 
 
 @kernel
 def update_step(key, step, log, t, model, tags, arrays, out, row):
     """`update` for particles that lie in `drawn`; see `verbs.Kernels`."""
-    drawn, headings, cloud = arrays
+    drawn, headings, cloud, _ = arrays
     load(drawn, headings, cloud)
     _steps(key, step, step + 1, t - step, False, log, model, tags, arrays, out, row - t - 1)
 
@@ -123,7 +151,7 @@ def track(key, first, last, log, model, tags, arrays, estimates):
         with all tags, slots (n,), phases (n,), period of its schedule, reach of the tables [mm], number of the table
         for tags not read).
     tags : as in `verbs.known`.
-    arrays : (drawn, headings, cloud).
+    arrays : (drawn, headings, cloud, about), see `_particle_kernels` and `_regularize_kernels`.
     """
     _steps(key, first, last, 0, True, log, model, tags, arrays, estimates, 0)
 
@@ -134,19 +162,20 @@ def _steps(key, first, last, row_of_step, predicts, log, model, tags, arrays, es
 
     Arrays are taken out of their tuples here, once: each time costs as much as a read.
     """
-    drawn, headings, cloud = arrays
+    drawn, headings, cloud, about = arrays
     n_particles, positions, whitening, noise, rules, table, (is_age_compensated, delay), looks = model
     uses_rssi, learns_from_nothing, is_inventory, slots, phases, period, reach, unread_table = looks
     odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt = log
     tag_x, tag_y, cell_start, per_cell, x0, y0, n_x, n_y = tags
     grid, ages = (per_cell, x0, y0, n_x, n_y), (is_age_compensated, delay)
+    keeps_moments = rules[4] > 0.0
     # Beside the tables of the steps of RSSI there are that of any read and that of none.
     n_rssi = table.shape[0] - 2 if uses_rssi else 0
     reads = np.empty((room_for_evidence(log, first + row_of_step, last + row_of_step, model), N_READ), np.float32)
     for step in range(first, last):
         t = step + row_of_step
         if predicts:
-            predict(key, step, odometry, t, noise, drawn, headings, cloud)
+            move(key, step, odometry, t, noise, keeps_moments, drawn, headings, cloud, about)
         gather(
             t, odometry, read_start, read_antenna, read_tags, read_age, read_rssi, dt, positions, whitening,
             is_age_compensated, delay, n_rssi, reads,
@@ -155,9 +184,9 @@ def _steps(key, first, last, row_of_step, predicts, log, model, tags, arrays, es
         if learns_from_nothing:
             n_evidence = gather_nothing_seen(
                 step, t, odometry, read_start, read_antenna, read_tags, positions, whitening, slots, phases, period,
-                ages, is_inventory, reach, unread_table, tag_x, tag_y, cell_start, grid, cloud, reads,
+                ages, is_inventory, reach, unread_table, tag_x, tag_y, cell_start, grid, about, reads,
             )  # fmt: skip
         update(
-            key, step, n_particles, reads, n_reads, n_evidence, rules, table, cloud, drawn, headings, estimates,
+            key, step, n_particles, reads, n_reads, n_evidence, rules, table, cloud, drawn, headings, about, estimates,
             t + 1 + row_of_row,
         )  # fmt: skip

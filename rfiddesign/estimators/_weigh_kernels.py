@@ -16,6 +16,19 @@ _ROWS_PER_LOG = 8
 
 
 @leaf_kernel
+def weigh(reads, n_rows, rules, table, cloud):
+    """Line 4 for all rows; `rules` and `table` as in `_mcl_kernels.update`."""
+    if table.shape[2] == 1:
+        weigh_by_discs(reads, n_rows, table, _F(rules[5]), cloud)
+    elif table.shape[1] > 0:
+        for k in range(n_rows):
+            weigh_by_field(reads, k, table, rules[3], cloud)
+    else:
+        for k in range(n_rows):
+            weigh_by_distance(reads, k, rules[0], rules[1], cloud)
+
+
+@leaf_kernel
 def weigh_by_distance(reads, k, inner_radius, log_tail, cloud):
     """Line 4 for the k-th read: add the logarithm of eq. 6 to each particle's log weight."""
     w00, w01, w10, w11 = reads[k, 4], reads[k, 5], reads[k, 6], reads[k, 7]

@@ -1,19 +1,12 @@
 """The start of an estimator that is told nothing: the pose from the first two tags (rssi_kalman_navifloor, eq. 13)."""
 
-import math
-
 import numpy as np
 
 from rfiddesign.estimators import _acquisition_kernels as kernels
 from rfiddesign.estimators.start import UncertainStart
-from rfiddesign.geometry import DetectionArea
 from rfiddesign.models.recording import Recording
 from rfiddesign.models.robot import Robot
-
-
-def radius_of(area: DetectionArea) -> float:
-    """Radius [mm] of a disc, or of the disc in which a tag is as uncertain as in the area."""
-    return math.sqrt(2.0 * float(np.trace(np.asarray(area.covariance_mm2))))
+from rfiddesign.models.shape import radius_of
 
 
 def start_by_two_tags(recording: Recording, robot: Robot) -> tuple[int, UncertainStart] | None:

@@ -7,7 +7,7 @@ import numpy as np
 from rfiddesign import require
 from rfiddesign.estimators import _acquisition_kernels
 from rfiddesign.estimators import _ekf_kernels as kernels
-from rfiddesign.estimators.acquisition import radius_of
+from rfiddesign.estimators.operations import ANTENNA_THEN, SIN_COS_64, STEP_VARIANCES, Load
 from rfiddesign.estimators.start import KnownStart, Start, UnknownStart, moments_of_start
 from rfiddesign.estimators.verbs import (
     N_ESTIMATE,
@@ -24,14 +24,25 @@ from rfiddesign.estimators.verbs import (
 )
 from rfiddesign.models.motion import Motion, OmnidirectionalMotion
 from rfiddesign.models.robot import Robot
-from rfiddesign.models.shape import shape_of
+from rfiddesign.models.shape import radius_of, shape_of
 
-__all__ = ["KINDS", "N_ESTIMATE", "Ekf", "build", "estimate", "init", "predict", "track", "update", "workspace"]
+__all__ = [
+    "KINDS", "N_ESTIMATE", "Ekf", "build", "estimate", "flops_per_step", "init", "predict", "track", "update",
+    "workspace",
+]  # fmt: skip
 
 KERNELS = Kernels(kernels.predict, kernels.update, kernels.track)
 KINDS = {"quantized": kernels.QUANTIZED, "constrained": kernels.CONSTRAINED}
 # A known start is known to this much: covariances must stay positive definite.
 _KNOWN = (1.0, 1.0, 1e-6)
+
+# Floating-point operations of `_pose_gaussian_kernels.direction_of` for a small turn; `carry`; `in_antenna_frame`.
+_DIRECTION, _CARRY, _IN_ANTENNA_FRAME = 24, STEP_VARIANCES + 49, 31
+# `signed_distance` to a rounded rectangle, or to each segment of a border; the gradient by pose; a scalar update with
+# the distance in sigmas; one of both coordinates, and the distance for it.
+_DISTANCE, _PER_SEGMENT, _GRADIENT, _CORRECT, _CORRECT_PLACE = 8, 20, 9, 45, 109 + 32
+# As a rule tags are read where they were expected: reads that correct, and silent polls of what was in the area.
+_CORRECTING, _PUSHING = 0.2, 0.05
 
 
 @dataclass(frozen=True)
@@ -98,6 +109,16 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
     arrays = (pose, covariance, search, np.zeros((ready.n_antennas, 4)), np.zeros(1), np.array([0.0, 0.0, 1.0]))
     moments = moments_of(pose, covariance)
     return belief(key, arrays, moments)
+
+
+def flops_per_step(ready: Filter, load: Load) -> float:
+    """Floating-point operations per step, about; see `operations`."""
+    kind, pushes_out, _, _, _, shape, _, _ = ready.model
+    distance = _IN_ANTENNA_FRAME + _DISTANCE + _PER_SEGMENT * len(shape[3])
+    correct = _DIRECTION + _GRADIENT + (_CORRECT if kind == kernels.CONSTRAINED else _CORRECT_PLACE)
+    per_read = ANTENNA_THEN + SIN_COS_64 + 2 + distance + _CORRECTING * correct
+    pushed = _PUSHING * load.silent_polls * (distance + _DIRECTION + _GRADIENT + _CORRECT) if pushes_out else 0.0
+    return _CARRY + _DIRECTION + load.reads * per_read + pushed
 
 
 def pose_of(start: Start) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

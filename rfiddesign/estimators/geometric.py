@@ -8,8 +8,8 @@ from rfiddesign import require
 from rfiddesign.estimators import _acquisition_kernels
 from rfiddesign.estimators import _geometric_kernels as kernels
 from rfiddesign.estimators._sighting_kernels import N_HISTORY
-from rfiddesign.estimators.acquisition import radius_of
 from rfiddesign.estimators.ekf import pose_of
+from rfiddesign.estimators.operations import ANTENNA_THEN, ATAN2_64, SIN_COS_64, STEP_VARIANCES, Load
 from rfiddesign.estimators.start import Start
 from rfiddesign.estimators.verbs import (
     N_ESTIMATE,
@@ -26,8 +26,12 @@ from rfiddesign.estimators.verbs import (
 )
 from rfiddesign.models.motion import Motion, OmnidirectionalMotion
 from rfiddesign.models.robot import Robot
+from rfiddesign.models.shape import radius_of
 
-__all__ = ["METHODS", "N_ESTIMATE", "Geometric", "build", "estimate", "init", "predict", "track", "update", "workspace"]
+__all__ = [
+    "METHODS", "N_ESTIMATE", "Geometric", "build", "estimate", "flops_per_step", "init", "predict", "track", "update",
+    "workspace",
+]  # fmt: skip
 
 KERNELS = Kernels(kernels.predict, kernels.update, kernels.track)
 METHODS = {
@@ -39,6 +43,15 @@ METHODS = {
 }
 MAX_WINDOW = 100_000
 _GAIN, _SLOW_GAIN = 1.0, 0.2
+
+# Floating-point operations of a step with odometry (`predict_pose`, `advance`, `keep_positive`) and of `hold`; of a
+# read in `sight`; of every sighting (`remember`); of one that moves the robot (`in_map`, `stand`).
+_MOVE, _HOLD, _PER_READ = 2 * SIN_COS_64 + STEP_VARIANCES + 96, 32, ANTENNA_THEN + 20
+_PER_SIGHTING, _CORRECT = SIN_COS_64 + 33, 2 * SIN_COS_64 + 42
+# What each method adds to a sighting: `fit_turn`; `two_tags`; per sighting of the window two of `fit_line`, beside
+# their directions; and `weigh`, beside `two_tags`.
+_FIT_TURN, _TWO_TAGS = ATAN2_64 + 20, 2 * SIN_COS_64 + 2 * ATAN2_64 + 90
+_FIT_LINES, _LINES, _WEIGH = 2 * 18, 4 * ATAN2_64 + 2 * SIN_COS_64 + 60, 20
 
 
 @dataclass(frozen=True)
@@ -128,6 +141,20 @@ def build(settings: Geometric, robot: Robot, dt_s: float) -> Filter:
         (settings.is_age_compensated, robot.reads.delay_s / dt_s),
     )
     return Filter(settings, dt_s, len(poses), KERNELS, model)
+
+
+def flops_per_step(ready: Filter, load: Load) -> float:
+    """Floating-point operations per step, about; see `operations`."""
+    settings = ready.settings
+    added = {
+        "odometry": 0,
+        "rigid_fit": _CORRECT + _FIT_TURN,
+        "trigonometric": _CORRECT + _TWO_TAGS,
+        "motion_continuity": _CORRECT + _FIT_LINES * settings.window + _LINES,
+        "weighted_centre": _CORRECT + _WEIGH * settings.window * load.read_share + _TWO_TAGS,
+    }[settings.method]
+    move = _MOVE if settings.uses_odometry else _HOLD
+    return move + load.reads * _PER_READ + load.read_share * (_PER_SIGHTING + added)
 
 
 def init(ready: Filter, start: Start, key: int) -> Belief:

@@ -16,8 +16,8 @@ from rfiddesign.estimators import _histogram_evidence_kernels as evidence_kernel
 from rfiddesign.estimators import _histogram_kernels as kernels
 from rfiddesign.estimators import _histogram_window_kernels as window_kernels
 from rfiddesign.estimators._acquisition_kernels import N_SEARCH, STAGE
-from rfiddesign.estimators.acquisition import radius_of
 from rfiddesign.estimators.mcl import motion_noise
+from rfiddesign.estimators.operations import Load, tags_within
 from rfiddesign.estimators.start import Start, UnknownStart, moments_of_start
 from rfiddesign.estimators.verbs import (
     Belief,
@@ -34,9 +34,13 @@ from rfiddesign.estimators.verbs import (
 from rfiddesign.geometry import DetectionArea, Disc, ProbabilityMap
 from rfiddesign.models.motion import Motion, OmnidirectionalMotion
 from rfiddesign.models.robot import Robot
-from rfiddesign.models.soft_field import read_tables
+from rfiddesign.models.shape import radius_of
+from rfiddesign.models.soft_field import blur_mm, read_tables
 
-__all__ = ["Histogram", "build", "cells", "estimate", "init", "predict", "share_lost", "track", "update", "workspace"]
+__all__ = [
+    "Histogram", "build", "cells", "estimate", "flops_per_step", "init", "predict", "share_lost", "track", "update",
+    "workspace",
+]  # fmt: skip
 
 KERNELS = Kernels(kernels.predict, kernels.update, kernels.track)
 MAX_CELLS = 20_000_000
@@ -45,6 +49,10 @@ _FINER, _COARSER = 1 / 16, 64.0
 # Edges of evidence are resolved to this, even without softness [mm], at the least lever of a turn [mm].
 _FEATURE_MM, _LEVER_MM = 1.0, 100.0
 _MAX_TABLE_SIDE = 1024
+
+# Floating-point operations per cell: `diffuse_layer` along three directions, `exchange_layers` with two neighbours of
+# four cells each, sums, `moments` and `_scale`; per cell and row of evidence: distance or place, chance, product, sum.
+_MOVE, _MEASURE, _WEIGH = 3 * 5 + 17, 9, 15
 
 
 @dataclass(frozen=True)
@@ -64,6 +72,7 @@ class Histogram:
     uses_rssi : whether a read with RSSI j puts the tag into the ring between the radii of j and j + 1.
     learns_from_nothing : whether a poll that read nothing speaks against places with a tag in view.
     softness_mm : standard deviation by which the field's border is blurred [mm].
+    radius_tolerance : share by which the field may be larger or smaller than it is believed; blurs the border, too.
     read_probability : chance that a tag in the field is read, as the filter believes; at most 0.999.
     is_age_compensated : as in `mcl.Mcl`.
     is_adaptive : whether cells are halved where the belief is narrow and doubled where it outgrows the window: from
@@ -78,6 +87,7 @@ class Histogram:
     uses_rssi: bool = True
     learns_from_nothing: bool = True
     softness_mm: float = 1.0
+    radius_tolerance: float = 0.0
     read_probability: float = 0.98
     is_age_compensated: bool = True
     is_adaptive: bool = True
@@ -95,6 +105,7 @@ class Histogram:
         if self.n_headings * self.cell_rad > 2 * math.pi + 1e-9:
             raise ValueError(f"n_headings cell_rad is {self.n_headings * self.cell_rad:.4g}, must be at most a turn")
         require.within("softness_mm", self.softness_mm, low=0.0, high=1e4)
+        require.within("radius_tolerance", self.radius_tolerance, low=0.0, high=1.0)
         require.within("read_probability", self.read_probability, low=0.01, high=0.999)
 
 
@@ -108,7 +119,8 @@ def build(settings: Histogram, robot: Robot, dt_s: float) -> Filter:
     poses = np.asarray(robot.layout.poses_mm, float)
     schedule = robot.reads.schedule(len(poses), dt_s)
     lever = max(float(np.hypot(poses[:, 0], poses[:, 1]).max()), _LEVER_MM)
-    feature = max(settings.softness_mm, _FEATURE_MM)
+    softness = blur_mm(robot.area, settings.softness_mm, settings.radius_tolerance)
+    feature = max(softness, _FEATURE_MM)
     limits = (
         settings.cell_mm * _FINER, settings.cell_mm * _COARSER, settings.cell_rad * _FINER,
         2 * math.pi / settings.n_headings, feature, feature / lever,
@@ -117,9 +129,9 @@ def build(settings: Histogram, robot: Robot, dt_s: float) -> Filter:
     model = (
         np.column_stack([poses[:, :2], np.cos(poses[:, 2]), np.sin(poses[:, 2])]),
         motion_noise(settings.motion, dt_s),
-        _field(robot.area, robot.rssi_radii_mm if uses_rssi else (), settings.softness_mm),
+        _field(robot.area, robot.rssi_radii_mm if uses_rssi else (), softness),
         (
-            float(settings.softness_mm), float(settings.read_probability), uses_rssi, settings.learns_from_nothing,
+            float(softness), float(settings.read_probability), uses_rssi, settings.learns_from_nothing,
             settings.is_adaptive, radius_of(robot.area), limits,
         ),
         (settings.is_age_compensated, robot.reads.delay_s / dt_s),
@@ -167,6 +179,14 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
         held = moments_of(pose, covariance)
     arrays = (mass, spare, origins, box, frame, shape, marginals, held, search)
     return belief(key, arrays, held.copy())
+
+
+def flops_per_step(ready: Filter, load: Load) -> float:
+    """Floating-point operations per step, about, as if the belief filled its window; see `operations`."""
+    settings, rows = ready.settings, load.reads
+    if settings.learns_from_nothing:
+        rows += load.silent_polls * tags_within(load, ready.model[2][4] + 2.0 * load.spread_mm)
+    return settings.n_cells**2 * settings.n_headings * (_MOVE + _MEASURE + rows * _WEIGH)
 
 
 def share_lost(state: Belief) -> float:

@@ -19,8 +19,8 @@ from rfiddesign import require
 from rfiddesign.estimators import _acquisition_kernels as acquisition_kernels
 from rfiddesign.estimators import _markov_belief_kernels as belief_kernels
 from rfiddesign.estimators import _markov_kernels as kernels
-from rfiddesign.estimators.acquisition import radius_of
 from rfiddesign.estimators.mcl import motion_noise
+from rfiddesign.estimators.operations import ANTENNA_THEN, ATAN2_64, EXP_32, SIN_COS_64, STEP_VARIANCES, Load
 from rfiddesign.estimators.start import Start, UnknownStart, moments_of_start
 from rfiddesign.estimators.verbs import (
     Belief,
@@ -36,11 +36,20 @@ from rfiddesign.estimators.verbs import (
 )
 from rfiddesign.models.motion import DifferentialMotion, Motion
 from rfiddesign.models.robot import Robot
+from rfiddesign.models.shape import radius_of
 
-__all__ = ["Markov", "build", "estimate", "grid", "init", "predict", "track", "update", "workspace"]
+__all__ = ["Markov", "build", "estimate", "flops_per_step", "grid", "init", "predict", "track", "update", "workspace"]
 
 MAX_CELLS = 1001
 KERNELS = Kernels(kernels.predict_step, kernels.update_step, kernels.track)
+
+# Floating-point operations: `_markov_belief_kernels.predict` and `_markov_kernels._write`, each step; a read's share in
+# the place to weigh by; `_correct_heading`.
+_PREDICT, _WRITE, _PER_READ, _HEADING = SIN_COS_64 + STEP_VARIANCES + 66, 50, ANTENNA_THEN + 20, 2 * ATAN2_64 + 50
+# Per cell and step with a read: one blur, as a rule along two directions by the cells to either side, and `weigh`.
+_BLUR, _WEIGH = 2 * 5, 8
+# Per cell of a side: the two factors of eq. 10.
+_FACTORS = 2 * (EXP_32 + 6)
 
 
 @dataclass(frozen=True)
@@ -108,6 +117,13 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
         numbers[[belief_kernels.MIDDLE_X, belief_kernels.MIDDLE_Y]] = moments[:2]
         numbers[[belief_kernels.GRID_XX, belief_kernels.GRID_YY, belief_kernels.VARIANCE]] = moments[[3, 5, 8]]
     return belief(key, (numbers, grids, search), moments)
+
+
+def flops_per_step(ready: Filter, load: Load) -> float:
+    """Floating-point operations per step, about; see `operations`."""
+    n = ready.settings.n_cells
+    weighing = (_BLUR + _WEIGH) * n**2 + _FACTORS * n + _HEADING * ready.settings.corrects_heading
+    return _PREDICT + _WRITE + load.reads * _PER_READ + load.read_share * weighing
 
 
 def grid(ready: Filter, state: Belief) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

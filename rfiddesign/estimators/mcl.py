@@ -8,7 +8,10 @@ import numpy as np
 from rfiddesign import require
 from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
+from rfiddesign.estimators import _regularize_kernels as regularize_kernels
 from rfiddesign.estimators import _scatter_kernels as scatter_kernels
+from rfiddesign.estimators._evidence_kernels import MOST_UNREAD
+from rfiddesign.estimators.operations import ANTENNA_THEN, EXP_32, LOG_32, NORMAL_32, SIN_COS_32, Load, tags_within
 from rfiddesign.estimators.start import KnownStart, Start, UncertainStart, moments_of_start
 from rfiddesign.estimators.verbs import (
     N_ESTIMATE,
@@ -32,12 +35,20 @@ from rfiddesign.numerics._lane_kernels import LANES
 from rfiddesign.numerics._math_kernels import RADIANS_PER_BINARY_UNIT, binary_angle
 
 __all__ = [
-    "KERNELS", "N_ESTIMATE", "Mcl", "build", "estimate", "headings", "init", "known", "positions", "predict", "track",
-    "update", "workspace",
+    "KERNELS", "N_ESTIMATE", "Mcl", "build", "estimate", "flops_per_step", "headings", "init", "known", "positions",
+    "predict", "track", "update", "workspace",
 ]  # fmt: skip
 
 MAX_PARTICLES = 1_000_000
 KERNELS = Kernels(kernels.predict_step, kernels.update_step, kernels.track)
+
+# Floating-point operations per particle: `_mcl_kernels.predict` (three normals, two of sine and cosine, eq. 1),
+# `_estimate_kernels._sums` (weight, 13 sums), `resample`, and what `_evidence_kernels._extent` asks of the cloud.
+_PREDICT, _ESTIMATE, _RESAMPLE, _EXTENT = 3 * NORMAL_32 + 2 * SIN_COS_32 + 14, 28 + EXP_32, 2, 5
+# Per particle and row: `weigh_by_distance` (alike in all directions, and not), `weigh_by_field`, `weigh_by_discs` (of
+# one circle, and what a second one adds), and the logarithm that the last takes of every eight factors.
+_BY_DISTANCE, _BY_ELLIPSE, _BY_FIELD, _BY_DISCS, _BY_RING, _PER_LOG = 16, 22, 21, 24, 8, LOG_32 + 1
+_ROWS_PER_LOG = 8
 
 
 @dataclass(frozen=True)
@@ -95,7 +106,7 @@ def build(settings: Mcl, robot: Robot, dt_s: float) -> Filter:
         poses[:, :2].copy() if table.size else poses[:, :2] + offset,
         np.ascontiguousarray(likelihood.whitening(robot.area, poses[:, 2]), np.float32),
         noise,
-        np.array([likelihood.inner_radius, likelihood.log_tail, log_alpha, cell_mm, 0.0]),
+        np.array([likelihood.inner_radius, likelihood.log_tail, log_alpha, cell_mm, *[0.0] * 6]),
         table[None],
         (settings.is_age_compensated, robot.reads.delay_s / dt_s),
         looks(robot, dt_s),
@@ -142,7 +153,38 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
     # Lanes beyond the last particle weigh nothing, and stay near the others.
     drawn[:2, m:] = drawn[:2, m - 1 : m]
     angles[m:] = angles[m - 1]
-    return belief(key, (drawn, angles, cloud), moments_of(pose, covariance, m))
+    moments, about = moments_of(pose, covariance, m), np.zeros((1, regularize_kernels.N_ABOUT))
+    about[0, :N_ESTIMATE] = moments
+    return belief(key, (drawn, angles, cloud, about), moments)
+
+
+def flops_per_step(ready: Filter, load: Load) -> float:
+    """Floating-point operations per step, about; see `operations`."""
+    _, _, whitening, _, _, table, _, looks = ready.model
+    uses_rssi, learns_from_nothing = looks[:2]
+    rows = load.reads + (_unread_rows(ready.settings.n_particles, looks[6], load) if learns_from_nothing else 0.0)
+    if table.shape[2] == 1:
+        weigh = rows * (_BY_DISCS + _BY_RING * uses_rssi) + (rows // _ROWS_PER_LOG + 1) * _PER_LOG
+    elif table.shape[1] > 0:
+        weigh = rows * _BY_FIELD
+    else:
+        is_isotropic = bool((whitening[:, 0, 0] == whitening[:, 1, 1]).all() and (whitening[:, 0, 1] == 0).all())
+        weigh = rows * (_BY_DISTANCE if is_isotropic else _BY_ELLIPSE)
+    # Without evidence there is nothing to draw anew by.
+    resample = _RESAMPLE * (1.0 if learns_from_nothing else load.read_share)
+    per_particle = _PREDICT + weigh + _ESTIMATE + resample + (_EXTENT if learns_from_nothing else 0.0)
+    looked_at = load.reads + (load.silent_polls if learns_from_nothing else 0.0)
+    return ready.settings.n_particles * per_particle + looked_at * ANTENNA_THEN
+
+
+def _unread_rows(n_particles: int, reach_mm: float, load: Load) -> float:
+    """Rows per step of tags that were in reach and not read, see `_evidence_kernels.gather_nothing_seen`."""
+    # The farthest of so many draws from a Gaussian.
+    farthest = math.sqrt(2.0 * math.log(n_particles)) * load.spread_mm
+    if farthest > 2.0 * reach_mm:
+        return 0.0
+    per_poll = tags_within(load, reach_mm + farthest)
+    return load.silent_polls * per_poll if per_poll <= MOST_UNREAD else 0.0
 
 
 def positions(ready: Filter, state: Belief) -> np.ndarray:

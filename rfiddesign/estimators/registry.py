@@ -1,8 +1,9 @@
-"""Every estimator by its settings: the module that offers `build`, `init` and the verbs."""
+"""Every estimator by its settings: the module that offers `build`, `init`, `flops_per_step` and the verbs."""
 
 from typing import Any, Protocol
 
-from rfiddesign.estimators import ekf, geometric, histogram, markov, mcl, particle_filter
+from rfiddesign.estimators import ekf, geometric, histogram, markov, mcl, particle_filter, pmg
+from rfiddesign.estimators.operations import Load
 from rfiddesign.estimators.start import Start
 from rfiddesign.estimators.verbs import Belief, Filter
 from rfiddesign.models.motion import Motion
@@ -22,6 +23,7 @@ _MODULES: dict[type, Any] = {
     histogram.Histogram: histogram,
     mcl.Mcl: mcl,
     particle_filter.ParticleFilter: particle_filter,
+    pmg.Pmg: pmg,
 }
 
 
@@ -33,3 +35,8 @@ def build(settings: Settings, robot: Robot, dt_s: float) -> Filter:
 def init(ready: Filter, start: Start, key: int) -> Belief:
     """The belief before the first step; `key` names the run's random streams."""
     return _MODULES[type(ready.settings)].init(ready, start, key)
+
+
+def flops_per_step(ready: Filter, load: Load) -> float:
+    """Floating-point operations of a step under that load, about; see `operations`."""
+    return _MODULES[type(ready.settings)].flops_per_step(ready, load)

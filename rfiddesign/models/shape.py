@@ -1,5 +1,6 @@
 """A detection area as a constraint: the form in which compiled filters measure the distance to its border."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,11 @@ class Shape(NamedTuple):
     mean: np.ndarray
     covariance: np.ndarray
     rssi_radii: np.ndarray
+
+
+def radius_of(area: DetectionArea) -> float:
+    """Radius [mm] of a disc, or of the disc in which a tag is as uncertain as in the area."""
+    return math.sqrt(2.0 * float(np.trace(np.asarray(area.covariance_mm2))))
 
 
 def shape_of(area: DetectionArea, rssi_radii_mm: tuple[float, ...] = ()) -> Shape:

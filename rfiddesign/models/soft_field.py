@@ -10,6 +10,7 @@ from scipy.special import ndtr
 
 from rfiddesign.geometry import DetectionArea, Disc, ProbabilityMap
 from rfiddesign.models.read_field import tabulated
+from rfiddesign.models.shape import radius_of
 
 # Chance left to what cannot be, so that one odd read does not end a filter.
 LEAST_PROBABILITY = 1e-3
@@ -21,6 +22,14 @@ _MAX_CELLS_PER_SIDE = 512
 _HALF_WIDTH_PER_SIGMA = math.sqrt(5.0)
 _LEAST_HALF_WIDTH_MM = 0.01
 _NO_INNER = -1e9
+
+
+def blur_mm(area: DetectionArea, softness_mm: float, radius_tolerance: float) -> float:
+    """Standard deviation of a border [mm]: its own, and what a field is larger or smaller by, squares added.
+
+    `radius_tolerance` is a share of `radius_of` the area.
+    """
+    return math.hypot(softness_mm, radius_tolerance * radius_of(area)) if radius_tolerance else softness_mm
 
 
 @lru_cache(maxsize=64)

@@ -20,12 +20,13 @@ from rfiddesign.optimize.cheapest import (
     next_best,
 )
 from rfiddesign.optimize.screen import Screen, expected_reads, screen_by_reads
-from rfiddesign.optimize.space import Space, Unbuildable, unbuildable
+from rfiddesign.optimize.space import Candidate, Space, Unbuildable, unbuildable
 from rfiddesign.optimize.walk import Outcomes, Progress
 
 __all__ = [
     "CLAIMS",
     "Boundaries",
+    "Candidate",
     "Claim",
     "Decision",
     "OperatingCharacteristic",

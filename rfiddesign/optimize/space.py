@@ -1,4 +1,8 @@
-"""The space of designs: every combination of its variables' values, less what cannot be built."""
+"""The space of designs: every combination of its variables' values, less what cannot be built.
+
+Where a study leaves the estimator open, each design stands in the space once with each estimator: a candidate is a pair
+of both.  The estimator costs nothing but computing time, so that the candidates of a design have one price.
+"""
 
 from dataclasses import dataclass, field
 from itertools import product
@@ -13,13 +17,22 @@ MAX_DESIGNS = 1_000_000
 
 
 @dataclass(frozen=True)
+class Candidate:
+    """What runs try: a design, and the estimator on its robots, by the name that the study has for it."""
+
+    design: Design
+    estimator: str
+
+
+@dataclass(frozen=True)
 class Space:
-    """Values of each variable of a design, and the reader of all."""
+    """Values of each variable of a design, the reader of all, and names of estimators, the preferred one first."""
 
     layouts: tuple[ReaderLayout, ...]
     antennas: tuple[Antenna, ...]
     patterns: tuple[TagPattern, ...]
     reader: Reader = field(default_factory=lambda: reader(USUAL_READER))
+    estimators: tuple[str, ...] = ("mcl",)
 
     def __post_init__(self) -> None:
         if not self.size:
@@ -30,11 +43,19 @@ class Space:
     @property
     def size(self) -> int:
         """Number of combinations."""
-        return len(self.layouts) * len(self.antennas) * len(self.patterns)
+        return len(self.layouts) * len(self.antennas) * len(self.patterns) * len(self.estimators)
 
     def designs(self) -> tuple[Design, ...]:
-        """Every combination; a design's place in this order is its number in the study."""
+        """Every design, whatever the estimator."""
         return tuple(Design(*values, self.reader) for values in product(self.layouts, self.antennas, self.patterns))
+
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Every combination; a candidate's place in this order, in which estimators count fastest, is its number."""
+        return tuple(Candidate(design, estimator) for design in self.designs() for estimator in self.estimators)
+
+    def estimator_of(self, number: int) -> int:
+        """Place in `estimators` of the one that a candidate has."""
+        return number % len(self.estimators)
 
 
 @dataclass(frozen=True)
@@ -45,7 +66,7 @@ class Unbuildable:
     ----------
     layout_name, antenna_name : what does not go together; "any layout" where the pattern is at fault.
     reason : why, in words.
-    numbers : numbers of the designs in the space that this rules out and no fault before it does.
+    numbers : numbers of the candidates in the space that this rules out and no fault before it does.
     """
 
     layout_name: str
@@ -65,12 +86,13 @@ def unbuildable(space: Space, footprint: Polygon) -> tuple[Unbuildable, ...]:
     reader would see two tags at once and must not.
     """
     rejected, taken = [], set()
-    n_antennas, n_patterns = len(space.antennas), len(space.patterns)
+    n_antennas, n_patterns, n_estimators = len(space.antennas), len(space.patterns), len(space.estimators)
 
     def reject(layout_name: str, antenna_name: str, error: ValueError, numbers: set[int]) -> None:
         new = frozenset(numbers - taken)
         taken.update(new)
-        rejected.append(Unbuildable(layout_name, antenna_name, str(error), new))
+        ruled_out = frozenset(place * n_estimators + i for place in new for i in range(n_estimators))
+        rejected.append(Unbuildable(layout_name, antenna_name, str(error), ruled_out))
 
     for (i, layout), (j, antenna) in product(enumerate(space.layouts), enumerate(space.antennas)):
         try:

@@ -1,6 +1,7 @@
 """The report of a study, drawn from its result folder alone."""
 
+from rfiddesign.report.comparison import write_comparison
 from rfiddesign.report.page import write_report
 from rfiddesign.report.tables import write_cost_csv
 
-__all__ = ["write_cost_csv", "write_report"]
+__all__ = ["write_comparison", "write_cost_csv", "write_report"]

@@ -101,6 +101,8 @@ def _cost_error(contents: Contents, answer: Answer) -> Figure:
     if record.winner is not None:
         design = contents.design(record.winner)
         winner_name = f"{design.layout}, {design.antenna} mm,\n{design.pattern}, {design.tags_per_m2:g} tags/m²"
+        if contents.chosen_estimator(record.winner) is not None:
+            winner_name += f",\n{design.estimator}"
         if metric in design.metrics:
             winner = (record.winner.cost_cents / 100, in_unit(metric, design.metrics[metric].mean)[0])
     labels = CostErrorLabels(

@@ -1,7 +1,7 @@
 """The certificate of an answer in words that a buyer understands: what is promised, how surely, and what is not."""
 
 from rfiddesign.report.contents import Answer, Contents
-from rfiddesign.report.words import count, percent
+from rfiddesign.report.words import candidates, count, percent
 from rfiddesign.results.study_result import TestRecord
 from rfiddesign.units import money
 
@@ -29,7 +29,7 @@ def how_tested(contents: Contents) -> tuple[str, ...]:
     """What was tried, for all fleets."""
     result = contents.result
     sentences = [
-        f"{count(result.space.n_candidates, 'design')} could be tested. For each fleet they were tried from the"
+        f"{candidates(result.space.n_candidates, result)} could be tested. For each fleet they were tried from the"
         f" cheapest upwards, each on as many simulated drives as it took to decide, at most {result.test.max_runs:,}.",
         "Each drive has its own route, speed, noise and, where the study says so, start. All of them follow from the"
         f" seed {result.seed}: whoever repeats the study gets the same drives and the same answer.",
@@ -38,7 +38,7 @@ def how_tested(contents: Contents) -> tuple[str, ...]:
         record = answer.record
         verdicts = [decision.verdict for decision in record.decisions]
         sentences.append(
-            f"{count(record.n_robots, 'robot')}: {count(len(verdicts), 'design')} tested on"
+            f"{count(record.n_robots, 'robot')}: {candidates(len(verdicts), result)} tested on"
             f" {count(record.n_runs_used, 'drive')} in all; {verdicts.count('certified'):,} certified,"
             f" {verdicts.count('refuted'):,} refuted, {verdicts.count('undecided'):,} undecided."
         )
@@ -56,10 +56,12 @@ def promised(contents: Contents, answer: Answer) -> tuple[str, ...]:
     test, record = contents.result.test, answer.record
     sentences = []
     if record.winner is not None:
+        estimator = contents.chosen_estimator(record.winner)
+        which = "the design" if estimator is None else f"the design with {estimator}"
         sentences.append(
-            f"In more than {percent(test.fail_probability)} of drives like those simulated the design keeps every"
+            f"In more than {percent(test.fail_probability)} of drives like those simulated {which} keeps every"
             f" limit. The chance that this statement is wrong is at most {percent(test.alpha_certify, 2)}, already"
-            f" shared out among all {count(test.n_designs, 'design')} that might have been certified."
+            f" shared out among all {candidates(test.n_designs, contents.result)} that might have been certified."
         )
     bound = record.lower_bound
     hold, chance = percent(test.hold_probability), percent(test.alpha_refute, 2)
@@ -95,16 +97,17 @@ def not_promised(contents: Contents) -> tuple[str, ...]:
     ]
     for answer in contents.answers:
         if answer.record.undecided:
+            undecided = candidates(len(answer.record.undecided), contents.result, "cheaper ")
             sentences.append(
                 f"That nothing cheaper would do for {count(answer.record.n_robots, 'robot')}:"
-                f" {count(len(answer.record.undecided), 'cheaper design')} came to no verdict within the"
+                f" {undecided} came to no verdict within the"
                 f" {test.max_runs:,} drives allowed, and may or may not hold."
             )
     n_screened = sum(screen.n_removed for screen in space.screens)
     if n_screened:
         sentences.append(
-            f"Anything about the {count(n_screened, 'design')} that a rule declared beforehand removed untested, or"
-            " about designs outside the space."
+            f"Anything about the {candidates(n_screened, contents.result)} that a rule declared beforehand removed"
+            " untested, or about designs outside the space."
         )
     else:
         sentences.append("Anything about designs outside the space that was searched.")

@@ -11,7 +11,18 @@ from shapely.errors import ShapelyError
 from shapely.geometry.base import BaseGeometry
 
 from rfiddesign.errors import StudyError
-from rfiddesign.results.folder import DESIGN, MAX_BYTES, PLAN, RESULT, TAGS, TRACES, answer_folder, read_record
+from rfiddesign.results.computing import Computing
+from rfiddesign.results.folder import (
+    COMPUTING,
+    DESIGN,
+    MAX_BYTES,
+    PLAN,
+    RESULT,
+    TAGS,
+    TRACES,
+    answer_folder,
+    read_record,
+)
 from rfiddesign.results.study_result import (
     AnswerRecord,
     ChosenDesign,
@@ -44,6 +55,7 @@ class Answer:
     chosen : its design, None without a winner.
     tags_mm : its tags (n, 2) [mm], None without a winner.
     traces : errors over time of some of its runs.
+    us_per_step : time that its estimator took for a step on the machine that ran the study [us], None if not measured.
     """
 
     record: AnswerRecord
@@ -51,6 +63,7 @@ class Answer:
     chosen: ChosenDesign | None
     tags_mm: NDArray[np.float64] | None
     traces: tuple[TraceRecord, ...]
+    us_per_step: float | None = None
 
     @property
     def key(self) -> str:
@@ -71,6 +84,10 @@ class Contents:
         """The design that a decision is about."""
         return {design.number: design for design in self.result.designs}[decision.design]
 
+    def chosen_estimator(self, decision: DecisionRecord | None) -> str | None:
+        """Name of the estimator that the search chose with a design; None if it had no choice or found nothing."""
+        return self.design(decision).estimator if decision is not None and self.result.is_estimator_open else None
+
 
 def read_contents(folder: Path) -> Contents:
     """Read a result folder.
@@ -82,7 +99,12 @@ def read_contents(folder: Path) -> Contents:
     result = read_record(folder / RESULT, StudyResult)
     _check_references(result, folder / RESULT)
     traces = read_record(folder / TRACES, Traces).traces if (folder / TRACES).exists() else []
-    answers = tuple(_read_answer(folder, record, traces, is_first=i == 0) for i, record in enumerate(result.answers))
+    times = read_record(folder / COMPUTING, Computing).times if (folder / COMPUTING).exists() else []
+    us_per_step = {time.n_robots: time.us_per_step for time in times}
+    answers = tuple(
+        _read_answer(folder, record, traces, us_per_step.get(record.n_robots), is_first=i == 0)
+        for i, record in enumerate(result.answers)
+    )
     is_any_won = any(answer.chosen is not None for answer in answers)
     return Contents(folder, result, read_plan(folder / PLAN) if is_any_won else None, answers)
 
@@ -120,12 +142,14 @@ def read_tags(path: Path) -> NDArray[np.float64]:
     return tags
 
 
-def _read_answer(folder: Path, record: AnswerRecord, traces: list[TraceRecord], *, is_first: bool) -> Answer:
+def _read_answer(
+    folder: Path, record: AnswerRecord, traces: list[TraceRecord], us_per_step: float | None, *, is_first: bool
+) -> Answer:
     place = answer_folder(folder, record.n_robots, is_first=is_first)
     own = tuple(trace for trace in traces if trace.n_robots == record.n_robots)
     if record.winner is None:
         return Answer(record, place, None, None, own)
-    return Answer(record, place, read_record(place / DESIGN, ChosenDesign), read_tags(place / TAGS), own)
+    return Answer(record, place, read_record(place / DESIGN, ChosenDesign), read_tags(place / TAGS), own, us_per_step)
 
 
 def _check_references(result: StudyResult, path: Path) -> None:

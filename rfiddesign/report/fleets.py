@@ -63,6 +63,8 @@ def _difference(contents: Contents, few: Answer, many: Answer) -> str:
         changes.append(f"{b.antenna} mm antennas instead of {a.antenna} mm")
     if a.pattern != b.pattern:
         changes.append(f"a {b.pattern} pattern instead of a {a.pattern} one")
+    if contents.result.is_estimator_open and a.estimator != b.estimator:
+        changes.append(f"the estimator {b.estimator} instead of {a.estimator}")
     if a.tags_per_m2 != b.tags_per_m2:
         changes.append(f"{b.tags_per_m2:g} tags per m² instead of {a.tags_per_m2:g}")
     return f"So {count(many.record.n_robots, 'robot')} get {joined(changes)} for {count(few.record.n_robots, 'robot')}."

@@ -1,36 +1,22 @@
 """The report of a study: one page that opens anywhere, drawn from a result folder alone."""
 
-import re
 from collections import defaultdict
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
 
 from rfiddesign.errors import StudyError
 from rfiddesign.report import tables
 from rfiddesign.report.album import pictures
 from rfiddesign.report.certificate import headline, how_tested, not_promised, promised
 from rfiddesign.report.contents import Answer, Contents, read_contents
-from rfiddesign.report.figures.drawing import inline_svg, svg_of, write_figure
 from rfiddesign.report.fleets import fleet_sentences
+from rfiddesign.report.markup import Drawn, drawn_into, filled, style
 from rfiddesign.report.words import count, percent, requirement_words
 from rfiddesign.results.folder import COST, FIGURES, REPORT, write_text
-from rfiddesign.units import money
+from rfiddesign.units import flops, money
 
 TEMPLATE = "page.html.jinja"
 STYLE_SHEET = "page.css"
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """A figure on the page."""
-
-    name: str
-    caption: str
-    svg: Markup
 
 
 @dataclass(frozen=True)
@@ -42,6 +28,7 @@ class AnswerPart:
     is_won: bool
     price: str
     design: str
+    estimator: str
     passed: str
     headline: str
     bound: str
@@ -71,13 +58,11 @@ def write_report(folder: Path) -> Path:
         (folder / FIGURES).mkdir(exist_ok=True)
         drawn: dict[str, list[Drawn]] = defaultdict(list)
         for picture in pictures(contents):
-            svg = svg_of(picture.figure, picture.name)
-            write_figure(folder / FIGURES, picture.name, picture.figure, svg)
-            element = Markup(inline_svg(svg, picture.name, picture.caption))
-            drawn[picture.topic].append(Drawn(picture.name, picture.caption, element))
+            drawn[picture.topic].append(drawn_into(folder / FIGURES, picture))
         for answer in contents.answers:
             if answer.record.winner is not None:
-                tables.write_cost_csv(answer.folder / COST, answer.record)
+                estimator = contents.chosen_estimator(answer.record.winner)
+                tables.write_cost_csv(answer.folder / COST, answer.record, estimator)
         write_text(folder / REPORT, page(contents, drawn))
     except OSError as error:
         raise StudyError(f"cannot be written: {error.strerror}", file=error.filename or folder) from None
@@ -86,18 +71,11 @@ def write_report(folder: Path) -> Path:
 
 def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
     """The page as HTML, with the figures of each topic in place."""
-    environment = Environment(
-        loader=PackageLoader("rfiddesign.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        finalize=_with_tight_units,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     result = contents.result
-    return environment.get_template(TEMPLATE).render(
-        style=Markup(resources.files("rfiddesign.report").joinpath(STYLE_SHEET).read_text(encoding="utf-8")),
+    return filled(
+        TEMPLATE,
+        tested="a design with one of the estimators" if result.is_estimator_open else "a design",
+        style=style(STYLE_SHEET),
         result=result,
         requirement=requirement_words(result.requirement),
         answers=[_answer_part(contents, answer) for answer in contents.answers],
@@ -116,13 +94,6 @@ def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
     )
 
 
-def _with_tight_units(text: object) -> object:
-    """Keep a number and its unit on one line."""
-    if not isinstance(text, str) or isinstance(text, Markup):
-        return text
-    return re.sub(r"(?<=\d) (?=%|mm\b|m²)", "\u00a0", text)
-
-
 def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
     record, test = answer.record, contents.result.test
     winner = record.winner
@@ -135,6 +106,7 @@ def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
         is_won=winner is not None,
         price=money(winner.cost_cents, record.currency) if winner else "No design certified",
         design=_design_words(contents, answer) if winner else "",
+        estimator=_estimator_words(contents, answer),
         passed=f"{tables.passed(winner)} drives passed" if winner else "",
         headline=headline(answer, test),
         bound=bound,
@@ -154,6 +126,19 @@ def _design_words(contents: Contents, answer: Answer) -> str:
         f"{design.layout}: {readers} per robot with {design.antenna} mm antennas; {design.n_tags:,} tags,"
         f" {design.pattern}, {design.tags_per_m2:g} per m²"
     )
+
+
+def _estimator_words(contents: Contents, answer: Answer) -> str:
+    """What the design was certified with, and what that computes; nothing where the folder does not say."""
+    computing = answer.record.computing
+    if computing is None:
+        return ""
+    what = next((each.words for each in contents.result.estimators if each.name == computing.estimator), "")
+    name = f"{computing.estimator} ({what})" if what else computing.estimator
+    words = f"Certified with the estimator {name}: {flops(computing.flops_per_step)} per step of {computing.dt_s:g} s"
+    if answer.us_per_step is not None:
+        words += f"; {answer.us_per_step:.3g} µs on the machine that ran this study"
+    return f"{words}."
 
 
 def _reads_words(answer: Answer) -> str:

@@ -18,6 +18,8 @@ COST_HEADER = ("group", "item", "quantity", "unit", "unit_price", "currency", "a
 #: A cell that begins with one of these may be taken for a formula by a spreadsheet.
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
 
+#: Where an estimator that was left open comes from.
+CHOSEN = "chosen by the search"
 TWO_TAGS = "a reader that must see one tag at a time may see two"
 
 AREA_NAMES = {
@@ -48,8 +50,11 @@ class Table:
     total: tuple[str, ...] | None = None
 
 
-def cost_csv(answer: AnswerRecord) -> str:
-    """The cost lines of an answer as CSV with a total row; amounts are exact, text cannot be taken for a formula."""
+def cost_csv(answer: AnswerRecord, estimator: str | None = None) -> str:
+    """The cost lines of an answer as CSV with a total row; amounts are exact, text cannot be taken for a formula.
+
+    An estimator that the search chose has a line of its own, which costs nothing.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(COST_HEADER)
@@ -57,14 +62,17 @@ def cost_csv(answer: AnswerRecord) -> str:
         amount = exact_amount(line.amount_cents)
         cells = (line.group, line.item, line.quantity, line.unit, line.unit_price, answer.currency, amount, line.source)
         writer.writerow(cells[i] if name == "amount" else plain_cell(cells[i]) for i, name in enumerate(COST_HEADER))
+    if estimator is not None:
+        cells = ("software", f"estimator {estimator}", "1", "piece", "0", answer.currency, exact_amount(0), CHOSEN)
+        writer.writerow(map(plain_cell, cells))
     total = exact_amount(sum(line.amount_cents for line in answer.cost_lines))
     writer.writerow(("total", "", "", "", "", plain_cell(answer.currency), total, ""))
     return text.getvalue()
 
 
-def write_cost_csv(path: Path, answer: AnswerRecord) -> None:
+def write_cost_csv(path: Path, answer: AnswerRecord, estimator: str | None = None) -> None:
     """Write the cost lines of an answer, whole or not at all."""
-    write_text(path, cost_csv(answer))
+    write_text(path, cost_csv(answer, estimator))
 
 
 def plain_cell(text: str) -> str:
@@ -119,6 +127,8 @@ def comparison_table(contents: Contents) -> Table:
         "Tags per m²": lambda d: f"{d.tags_per_m2:g}",
         "Tags": lambda d: f"{d.n_tags:,}",
     }
+    if contents.result.is_estimator_open:
+        designs["Estimator"] = lambda d: d.estimator
     for name, value in designs.items():
         rows.append((name, *(_winner_cell(a, lambda a, v=value: v(contents.design(a.record.winner))) for a in answers)))
     for group in dict.fromkeys(group for answer in answers for group in group_totals(answer.record)):
@@ -166,7 +176,7 @@ def front_table(result: StudyResult) -> Table:
     factors = sorted({1.0} | {front.factor for answer in result.answers for front in answer.fronts})
     rows = []
     for factor in factors:
-        cells = [front_words(answer, front_decision(answer, factor)) for answer in result.answers]
+        cells = [_front_cell(result, answer, front_decision(answer, factor)) for answer in result.answers]
         limits = ", ".join(metric_value(limit.metric, limit.limit * factor) for limit in result.requirement.limits)
         rows.append((f"× {factor:g}", limits, *cells))
     headers = ("Limits", "that is", *(count(answer.n_robots, "robot") for answer in result.answers))
@@ -186,6 +196,14 @@ def front_words(answer: AnswerRecord, decision: DecisionRecord | None) -> str:
         return "none among those tested"
     price = money(decision.cost_cents, answer.currency)
     return price if decision.verdict == "certified" else f"{price} (estimate: {passed(decision)})"
+
+
+def _front_cell(result: StudyResult, answer: AnswerRecord, decision: DecisionRecord | None) -> str:
+    words = front_words(answer, decision)
+    if decision is None or not result.is_estimator_open:
+        return words
+    estimator = next(design.estimator for design in result.designs if design.number == decision.design)
+    return f"{words}, {estimator}"
 
 
 def area_table(result: StudyResult) -> Table:
@@ -213,7 +231,8 @@ def antenna_table(answer: Answer) -> Table:
 def screen_table(result: StudyResult) -> Table:
     """What became of the combinations of the space before the first run."""
     space = result.space
-    rows = [("combinations of all variables", f"{space.n_combinations:,}")]
+    with_estimator = " and estimators" if result.is_estimator_open else ""
+    rows = [(f"combinations of all variables{with_estimator}", f"{space.n_combinations:,}")]
     kinds = ["antennas overlap or stick out of the robot"]
     if any(fault.layout == ANY_LAYOUT for fault in space.unbuildable):
         kinds.append(TWO_TAGS)

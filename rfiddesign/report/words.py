@@ -3,7 +3,7 @@
 import math
 from decimal import Decimal
 
-from rfiddesign.results.study_result import Limit, RequirementRecord
+from rfiddesign.results.study_result import Limit, RequirementRecord, StudyResult
 
 #: Statistic of a metric in words.
 STATISTICS = {"mean": "mean", "rms": "root mean square", "p95": "95th percentile", "max": "maximum"}
@@ -30,9 +30,21 @@ def grouped(text: str) -> str:
     return f"{number.normalize():,f}"
 
 
+def shortened(text: str, length: int) -> str:
+    """The text, cut to a length [>= 1] with an ellipsis if it is longer."""
+    return text if len(text) <= length else f"{text[: length - 1].rstrip()}…"
+
+
 def count(n: int, noun: str) -> str:
     """A count with its noun, as "1 robot", "1,000 robots"."""
     return f"{n:,} {noun}" + ("" if n == 1 else "s")
+
+
+def candidates(n: int, result: StudyResult, which: str = "") -> str:
+    """A count of what was to be tested: designs, or pairs with an estimator where the study leaves that open."""
+    if result.is_estimator_open:
+        return f"{count(n, f'{which}pair')} of design and estimator"
+    return count(n, f"{which}design")
 
 
 def percent(share: float, digits: int = 1) -> str:

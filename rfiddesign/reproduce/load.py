@@ -13,7 +13,7 @@ from rfiddesign.geometry import LAYOUTS, Disc, ReaderLayout, Rectangle, make_lay
 from rfiddesign.reproduce.config import CaseSection, ExpectedFile, ReproductionFile, RouteSection, RowSection
 from rfiddesign.simulation.fixed_route import FixedRoute, circle
 from rfiddesign.simulation.scenario import Routes, Scenario
-from rfiddesign.study.estimators import estimator_of, world_of
+from rfiddesign.study.estimators import estimators_of, world_of
 from rfiddesign.study.toml_file import read_toml, validate
 
 FILE_NAME, EXPECTED_NAME = "study.toml", "expected.toml"
@@ -114,12 +114,13 @@ def build_case(section: CaseSection, file: ReproductionFile) -> Case:
         floor=floor,
         routes=route,
         world=world_of(section.world),
-        estimator=estimator_of(section, section.world),
+        estimator=estimators_of(section, section.world, section.route.speed_mm_per_s)[section.estimator],
         start=section.start,
         duration_s=duration,
         dt_s=section.dt_s,
         settle_s=section.settle_s,
         start_offset=(*section.start_offset_mm, section.start_offset_rad),
+        is_delay_known=section.world.is_delay_known,
     )
     return Case(section, design, scenario)
 

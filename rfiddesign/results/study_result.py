@@ -104,15 +104,36 @@ class MeanRecord(Record):
     stderr: float | None
 
 
+class EstimatorRecord(Record):
+    """An estimator that may be on the robots: its name in the study, and what it is."""
+
+    name: str
+    words: str
+
+
+class ComputingRecord(Record):
+    """What the estimator of a chosen design computes in every step of `dt_s` seconds: operations, about.
+
+    How long that takes depends on the machine and is in `computing.json`.
+    """
+
+    estimator: str
+    dt_s: float
+    flops_per_step: float
+
+
 class DesignRecord(Record):
     """A design that was tested, with what its consumed runs measured.
 
+    Where the study leaves the estimator open, a design stands here once with each estimator that it was tested with,
+    and its name says which.
     `n_complete` of the `n_runs` runs went to their end; the others were stopped once they had certainly failed, and the
     errors in `metrics` (means over all runs) are then those up to the stop.
     """
 
     number: int
     name: str
+    estimator: str | None = None
     layout: str
     antenna: str
     pattern: str
@@ -203,10 +224,15 @@ class AnswerRecord(Record):
     n_runs_used: int
     fronts: list[FrontRecord]
     coverage: CoverageRecord | None
+    computing: ComputingRecord | None = None
 
 
 class StudyResult(Record):
-    """The whole answer."""
+    """The whole answer.
+
+    `estimators` : those that may be on the robots, the preferred one first; more than one where the study leaves open
+    which.
+    """
 
     format: Literal[1] = 1
     version: str
@@ -219,8 +245,14 @@ class StudyResult(Record):
     floor: FloorRecord
     space: SpaceRecord
     assumptions: list[Assumption]
+    estimators: list[EstimatorRecord] = []
     answers: list[AnswerRecord]
     designs: list[DesignRecord]
+
+    @property
+    def is_estimator_open(self) -> bool:
+        """Whether the search chose the estimator."""
+        return len(self.estimators) > 1
 
 
 class TraceRecord(Record):
@@ -265,3 +297,4 @@ class ChosenDesign(Record):
     n_tags: int
     cost_cents: int
     currency: str
+    estimator: str | None = None

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rfiddesign.numerics._compile_kernels import inline_kernel, leaf_kernel
-from rfiddesign.numerics._noise_kernels import random_bits, standard_normal, unit_uniform
+from rfiddesign.numerics._noise_kernels import fine_uniform, random_bits, standard_normal, unit_uniform
 
 _U = np.uint32
 # No draw of `standard_normal` lies further out.
@@ -27,8 +27,15 @@ def read_chance(u, v, box, table):
     return table[i, j]
 
 
+@inline_kernel
+def is_dead(tag, dead):
+    """Whether the tag of an id never answers; `dead` as in `poll`."""
+    share, dead_low, dead_high = dead
+    return share > 0.0 and fine_uniform(random_bits(dead_low, dead_high, _U(tag))) < share
+
+
 @leaf_kernel
-def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation):
+def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation, dead):
     """One poll of an antenna at (x, y) with sine and cosine (s, c) of its direction.
 
     Returns the row of the tag that answers (-1: none) and the next free draw.  Where several tags are in view, each
@@ -43,6 +50,7 @@ def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_sta
     grid : (1 / cell_mm, origin_x, origin_y, n_x, n_y) of the TagMap.
     installation : (sigma [mm] per axis of where a tag lies about its place in `grid`, the two halves of the key that
         fixes each tag's error).
+    dead : (share of the tags that never answer, the two halves of the key that fixes which).
     """
     n_x, field_reach = grid[3], box[3]
     sigma, install_low, install_high = installation
@@ -64,7 +72,7 @@ def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_sta
                     continue
                 dy += sigma * standard_normal(random_bits(install_low, install_high, _U(number + _U(1))))
             chance = read_chance(c * dx + s * dy, c * dy - s * dx, box, table)
-            if chance <= 0.0:
+            if chance <= 0.0 or is_dead(tag_id[row], dead):
                 continue
             if chance < 1.0:
                 is_read = unit_uniform(random_bits(low, high, _U(draw))) < chance
@@ -83,8 +91,9 @@ def poll(x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_sta
 
 @leaf_kernel
 def poll_all(
-    x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation, chance_to_read, rows
-):
+    x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation, dead, chance_to_read,
+    rows,
+):  # fmt: skip
     """As `poll`, but all tags in view answer, each read with `chance_to_read`: their rows go to `rows`.
 
     Returns how many were read, at most the length of `rows`, and the next free draw.
@@ -102,7 +111,7 @@ def poll_all(
             if abs(u) > field_reach or abs(v) > field_reach:
                 continue
             chance = read_chance(u, v, box, table) * chance_to_read
-            if chance <= 0.0:
+            if chance <= 0.0 or is_dead(tag_id[row], dead):
                 continue
             if chance < 1.0:
                 is_read = unit_uniform(random_bits(low, high, _U(draw))) < chance

@@ -9,6 +9,7 @@ from rfiddesign.numerics._compile_kernels import inline_kernel, kernel, leaf_ker
 from rfiddesign.numerics._lane_kernels import LANES, fma
 from rfiddesign.numerics._math_kernels import binary_angle, sin_cos, sin_cos_64, small_binary_angle
 from rfiddesign.numerics._noise_kernels import (
+    STREAM_DEAD,
     STREAM_INSTALLATION,
     STREAM_ODOMETRY,
     STREAM_READS,
@@ -142,7 +143,8 @@ def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice
     poses : (n_steps + 1, 3) true poses.
     robot : (antennas (n, 3), their poses in the robot's frame; phases (n,), the fraction of the step at which each
         polls; slots (n,) and period, see `Schedule`).
-    world : (read_probability, installation_error_mm; read time and delay in steps; how many tags answer at most).
+    world : (read_probability, installation_error_mm, dead_share; read time and delay in steps; how many tags answer at
+        most).
     field : see `ReadField`.
     tags : (installed_x, installed_y, tag_id, cell_start, 1 / cell_mm, origin_x, origin_y, n_x, n_y) of a TagMap.
     lattice : (6,) origin x, y [mm] and, row by row, the matrix that takes an offset from it to steps of the lattice
@@ -152,7 +154,7 @@ def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice
         read_start[t + 1] - 1 of them.
     """
     antennas, phases, slots, period = robot
-    read_probability, sigma, read_time, delay, n_answers = world
+    read_probability, sigma, dead_share, read_time, delay, n_answers = world
     read_start, read_antenna, read_row, read_age, read_rssi = out
     tag_x, tag_y, tag_id, cell_start, per_cell, x0, y0, n_x, n_y = tags
     grid = (per_cell, x0, y0, n_x, n_y)
@@ -160,6 +162,8 @@ def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice
     table, radii = field.table, field.rssi_radii
     install_low, install_high = key_halves(step_key(key, STREAM_INSTALLATION, 0))
     installation = (sigma, install_low, install_high)
+    dead_low, dead_high = key_halves(step_key(key, STREAM_DEAD, 0))
+    dead = (dead_share, dead_low, dead_high)
     # A tag in reach lies within these bounds, in steps of the lattice, of the antenna's place.
     _, _, b00, b01, b10, b11 = lattice
     reach = field.reach_mm + FARTHEST_SIGMA * sigma + _TAG_ROUNDING_MM
@@ -189,12 +193,12 @@ def record_reads(key, poses, first, last, dt, robot, world, field, tags, lattice
             x, y, s, c = antenna_at(pose, antennas, yaws, a)
             if n_answers > 1 or read_time > 0.0:
                 n_answered, draw = poll_all(
-                    x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation,
+                    x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation, dead,
                     read_probability if n_answers > 1 else 1.0, rows,
                 )  # fmt: skip
             else:
                 rows[0], draw = poll(
-                    x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation
+                    x, y, s, c, low, high, draw, box, table, tag_x, tag_y, tag_id, cell_start, grid, installation, dead
                 )
                 n_answered = 1 if rows[0] >= 0 else 0
             if read_time > 0.0:

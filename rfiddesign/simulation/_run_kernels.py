@@ -39,7 +39,7 @@ def begin(key, poses, rig, n_look, dt):
     n = poses.shape[0] - 1
     odometry = np.empty((n, 3))
     record_odometry(key, poses, rig[0], odometry)
-    room = min(n_look, n) * rig[1][0].shape[0] * rig[2][4]
+    room = min(n_look, n) * rig[1][0].shape[0] * rig[2][-1]
     log = (
         odometry,
         np.empty(n + 1, np.int64),

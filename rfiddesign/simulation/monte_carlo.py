@@ -4,13 +4,15 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self, TypeVar
 
 from rfiddesign.design import Design
+from rfiddesign.estimators.registry import Settings
 from rfiddesign.floor import TagMap
 from rfiddesign.geometry import TagPattern
 from rfiddesign.metrics import Requirement, RunMetrics
+from rfiddesign.simulation.computing import ComputingTime, measure
 from rfiddesign.simulation.installed import InstalledTags
 from rfiddesign.simulation.run import PreparedDesign, Trace, key_of, prepare, score, trace_run, true_poses
 from rfiddesign.simulation.scenario import Scenario
@@ -27,10 +29,11 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class Job:
-    """Run number `run` of `design`."""
+    """Run number `run` of `design`, with an estimator in place of the scenario's if there is one."""
 
     design: Design
     run: int
+    estimator: Settings | None = None
 
 
 class Simulator:
@@ -57,8 +60,8 @@ class Simulator:
         self.seed = seed
         self.stop_at = stop_at
         self._tags = InstalledTags(scenario.floor)
-        # The design is kept beside what belongs to it, so that no other can get its identity.
-        self._designs: dict[int, tuple[Design, PreparedDesign]] = {}
+        # Design and estimator are kept beside what belongs to them, so that no other can get their identity.
+        self._prepared: dict[tuple[int, int], tuple[Job, PreparedDesign]] = {}
         self._pool = ThreadPoolExecutor(n_workers or os.cpu_count() or 1)
 
     def __enter__(self) -> Self:
@@ -93,19 +96,26 @@ class Simulator:
         """One run step by step, completed whatever happens."""
         return self._trace(job, None)
 
+    def computing_time(self, job: Job) -> ComputingTime:
+        """What the estimator computes on a recording of this run; measured on this thread."""
+        tags, poses = self.tags(job.design.pattern), true_poses(self.scenario, self.seed, job.run)
+        return measure(self._prepare(job), self.scenario, tags, poses, key_of(self.seed, job.run))
+
     def _trace(self, job: Job, stop_at: Requirement | None) -> Trace:
         key, tags = key_of(self.seed, job.run), self.tags(job.design.pattern)
         poses = true_poses(self.scenario, self.seed, job.run)
-        return trace_run(self._prepared(job.design), self.scenario, tags, poses, key, stop_at)
+        return trace_run(self._prepare(job), self.scenario, tags, poses, key, stop_at)
 
-    def _prepared(self, design: Design) -> PreparedDesign:
-        """The design made ready; those asked for last are kept, by identity: hashing a design takes as long."""
-        kept = self._designs.get(id(design))
+    def _prepare(self, job: Job) -> PreparedDesign:
+        """Design and estimator made ready; those asked for last are kept, by identity: hashing takes as long."""
+        identity = (id(job.design), id(job.estimator))
+        kept = self._prepared.get(identity)
         if kept is None:
-            kept = (design, prepare(design, self.scenario))
-            if len(self._designs) >= DESIGNS_KEPT:
-                self._designs.clear()
-            self._designs[id(design)] = kept
+            scenario = self.scenario if job.estimator is None else replace(self.scenario, estimator=job.estimator)
+            kept = (job, prepare(job.design, scenario))
+            if len(self._prepared) >= DESIGNS_KEPT:
+                self._prepared.clear()
+            self._prepared[identity] = kept
         return kept[1]
 
     def _score(self, job: Job) -> RunMetrics:

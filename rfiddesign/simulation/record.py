@@ -18,14 +18,14 @@ class Rig(NamedTuple):
     """A design in a world as compiled runs take it.
 
     Fields: wheels: noise (3, 3) of a step's odometry, see `Motion.noise`, and its faults; robot: antennas (n, 3) in the
-    robot's frame, and when each polls (`Schedule`); world: read probability, installation error [mm], read time and
-    delay [steps], tags that answer at most; field: what an antenna reads; lattice: origin [mm] and inverse basis [1/mm]
-    of the tags' lattice, zeros if it cannot help.
+    robot's frame, and when each polls (`Schedule`); world: read probability, installation error [mm], share of dead
+    tags, read time and delay [steps], tags that answer at most; field: what an antenna reads in truth; lattice: origin
+    [mm] and inverse basis [1/mm] of the tags' lattice, zeros if it cannot help.
     """
 
     wheels: tuple[np.ndarray, tuple[float, ...]]
     robot: tuple[np.ndarray, np.ndarray, np.ndarray, int]
-    world: tuple[float, float, float, float, int]
+    world: tuple[float, float, float, float, float, int]
     field: ReadField
     lattice: tuple[float, ...]
 
@@ -39,10 +39,10 @@ def rig_of(design: Design, world: World, dt_s: float) -> Rig:
         (world.motion.noise(dt_s), world.faults.compiled),
         (antennas, schedule.phases, schedule.slots, schedule.period),
         (
-            float(reads.read_probability), float(world.installation_error_mm), reads.read_time_s / dt_s,
-            reads.delay_s / dt_s, n_answers,
+            float(reads.read_probability), float(world.installation_error_mm), float(world.dead_share),
+            reads.read_time_s / dt_s, reads.delay_s / dt_s, n_answers,
         ),
-        read_field(design.antenna.area, design.antenna.rssi_radii_mm),
+        _scaled(read_field(design.antenna.area, design.antenna.rssi_radii_mm), float(world.field_scale)),
         # The lattice tells what is near at the time of the poll, not what was.
         (0.0,) * 6 if reads.delay_s > 0 else _lattice_of(design.pattern),
     )  # fmt: skip
@@ -59,8 +59,8 @@ def installed(tags: TagMap) -> tuple:
 def record(design: Design, tags: TagMap, poses: np.ndarray, dt_s: float, world: World, key: np.uint64) -> Recording:
     """Drive `design` along `poses` (n_steps + 1, 3) over a freshly installed floor with the `tags` of its pattern.
 
-    The odometry noise depends on `key` alone, so that every design meets the same; so does each tag's installation
-    error, which makes every run one floor out of all that an installer may leave behind.
+    The odometry noise depends on `key` alone, so that every design meets the same; so do each tag's installation error
+    and whether it is dead, which makes every run one floor out of all that an installer may leave behind.
     """
     return record_with(rig_of(design, world, dt_s), tags, poses, dt_s, key)
 
@@ -89,6 +89,18 @@ def record_with(rig: Rig, tags: TagMap, poses: np.ndarray, dt_s: float, key: np.
         read_tag_mm=np.column_stack([tags.nominal_x[rows], tags.nominal_y[rows]]).astype(float),
         read_age_s=read_age[:n_reads].copy(),
         read_rssi=read_rssi[:n_reads].copy(),
+    )
+
+
+def _scaled(field: ReadField, factor: float) -> ReadField:
+    """The field grown about its antenna by `factor`: all its lengths are, chances stay."""
+    return field._replace(
+        half_length_mm=field.half_length_mm * factor,
+        half_width_mm=field.half_width_mm * factor,
+        corner_mm=field.corner_mm * factor,
+        reach_mm=field.reach_mm * factor,
+        cell_mm=field.cell_mm * factor,
+        rssi_radii=field.rssi_radii * factor,
     )
 
 

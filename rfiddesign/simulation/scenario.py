@@ -55,15 +55,22 @@ class World:
     installation_error_mm : standard deviation per axis of where a tag lies about where the map has it [mm]; every run
         meets a freshly laid floor.
     faults : what is systematically wrong with the odometry.
+    dead_share : share of the tags that never answer; which ones is drawn for each tag of each run's floor on its own.
+    field_scale : size of the true detection fields, RSSI rings included, over that in the catalogue, which the
+        estimator believes.
     """
 
     motion: Motion = field(default_factory=OmnidirectionalMotion)
     reads: ReadModel = field(default_factory=ReadModel)
     installation_error_mm: float = 0.0
     faults: OdometryFaults = field(default_factory=OdometryFaults)
+    dead_share: float = 0.0
+    field_scale: float = 1.0
 
     def __post_init__(self) -> None:
         require.within("installation_error_mm", self.installation_error_mm, low=0.0, high=1000.0)
+        require.within("dead_share", self.dead_share, low=0.0, high=1.0)
+        require.within("field_scale", self.field_scale, low=0.5, high=2.0)
 
 
 @dataclass(frozen=True)

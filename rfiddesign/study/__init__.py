@@ -4,5 +4,17 @@ from rfiddesign.study.commands import check_study, coverage_of_study, evaluate_s
 from rfiddesign.study.load import Study, load_study
 from rfiddesign.study.pipeline import Stage
 from rfiddesign.study.run_study import run_study
+from rfiddesign.study.run_variants import run_variants
+from rfiddesign.study.variants import variant_of
 
-__all__ = ["Stage", "Study", "check_study", "coverage_of_study", "evaluate_study", "load_study", "run_study"]
+__all__ = [
+    "Stage",
+    "Study",
+    "check_study",
+    "coverage_of_study",
+    "evaluate_study",
+    "load_study",
+    "run_study",
+    "run_variants",
+    "variant_of",
+]

@@ -1,6 +1,10 @@
 """What an answer rests on, in rows that a report can print."""
 
+from collections.abc import Callable
+from typing import Any
+
 from rfiddesign.catalog import antennas, readers
+from rfiddesign.estimators.registry import Settings
 from rfiddesign.models.motion import DifferentialMotion, OmnidirectionalMotion
 from rfiddesign.results.study_result import Assumption
 from rfiddesign.study.config import StudyFile
@@ -22,6 +26,7 @@ ODOMETRY_SOURCES = {
 # What each estimator is, and where it comes from.
 ESTIMATOR_WORDS = {
     "mcl": ("Monte-Carlo localization", f"{PAPER}, Algorithm 1"),
+    "pmg": ("projected-moment Gaussian filter", "rfiddesign.estimators.pmg"),
     "particle_filter": ("particle filter with the detection field as likelihood", f"{NAVIFLOOR}, section IV-C"),
     "quantized_ekf": ("quantized extended Kalman filter", f"{NAVIFLOOR}, eqs. 5-7"),
     "constrained_ekf": ("constrained extended Kalman filter", f"{NAVIFLOOR}, eq. 12"),
@@ -38,8 +43,7 @@ ESTIMATOR_WORDS = {
 def assumptions(study: Study) -> list[Assumption]:
     """Everything that was assumed of world, estimator and hardware, with its source."""
     file = study.file
-    scenario, world, filter_ = file.scenario, file.world, file.chosen
-    believed = filter_.odometry or world.odometry
+    scenario, world = file.scenario, file.world
     rows = [
         ("fleet sizes", ", ".join(str(n) for n in file.fleet.robots), STUDY_FILE),
         ("length of a run, filter step", f"{scenario.duration_s:g} s, {scenario.dt_s:g} s", STUDY_FILE),
@@ -48,22 +52,27 @@ def assumptions(study: Study) -> list[Assumption]:
         ("manner of heading, drawn per run", ", ".join(scenario.headings), STUDY_FILE),
         ("speed of turns in place", f"{scenario.turn_rate_deg_per_s:g} deg/s", STUDY_FILE),
         ("start", scenario.start, STUDY_FILE),
-        ("age of reads", "compensated" if filter_.is_age_compensated else "ignored", STUDY_FILE),
+        ("age of reads", _of_each(file, _age), STUDY_FILE),
         ("odometry noise (true)", _odometry(world.odometry), _odometry_source(world.odometry)),
-        ("odometry noise (believed)", _odometry(believed), STUDY_FILE),
+        ("odometry noise (believed)", _of_each(file, lambda s: _odometry(s.odometry or world.odometry)), STUDY_FILE),
         ("systematic faults of the odometry", _faults(world.faults), STUDY_FILE),
         ("reader", file.robot.reader, readers()[file.robot.reader].source),
         ("chance that a poll with a tag in view reads", f"{world.read_probability:g}", STUDY_FILE),
         ("tags in view that answer to a poll", world.answers, STUDY_FILE),
         ("polling", _polling(world), STUDY_FILE),
         ("time a tag must be in the field to answer", f"{world.read_time_s:g} s", STUDY_FILE),
-        ("delay of reads, of which the filter is not told", f"{world.delay_s:g} s", STUDY_FILE),
+        (
+            f"delay of reads, of which the filter is {'told' if world.is_delay_known else 'not told'}",
+            f"{world.delay_s:g} s",
+            STUDY_FILE,
+        ),
         (
             "installation error of a tag, per axis",
             f"{world.installation_error_mm:g} mm, drawn anew in every drive: the promise is over all such floors",
             STUDY_FILE,
         ),
-        *_estimator(file),
+        *_unknown_to_estimator(world),
+        *_estimators(file),
         ("footprint of a robot", f"disc of {file.robot.footprint_radius_mm:g} mm radius", STUDY_FILE),
     ]
     known = antennas()
@@ -72,11 +81,52 @@ def assumptions(study: Study) -> list[Assumption]:
     return [Assumption(what=what, value=value, source=source) for what, value, source in rows]
 
 
-def _estimator(file: StudyFile) -> list[tuple[str, str, str]]:
-    """Rows on the estimator and its settings."""
-    words, source = ESTIMATOR_WORDS[file.estimator]
-    if file.estimator != "mcl":
-        given = _settings(file.chosen)
+def _unknown_to_estimator(world: WorldSection) -> list[tuple[str, str, str]]:
+    """Rows on what is wrong with floor and antennas and no estimator is told, where there is any."""
+    rows = []
+    if world.dead_share > 0:
+        share = f"{100 * world.dead_share:g} %, drawn anew in every drive: the promise is over all such floors"
+        rows.append(("tags that never answer, of which the filter is not told", share, STUDY_FILE))
+    if world.field_scale != 1:
+        size = f"{world.field_scale:g} times the catalogue's, which the filter and the coverage believe"
+        rows.append(("true size of the detection fields", size, STUDY_FILE))
+    return rows
+
+
+def estimator_words(name: str, settings: Settings) -> str:
+    """An estimator in a line, as "Monte-Carlo localization, 500 particles"."""
+    n_particles = getattr(settings, "n_particles", None)
+    return ESTIMATOR_WORDS[name][0] + ("" if n_particles is None else f", {n_particles:,} particles")
+
+
+def _of_each(file: StudyFile, words: Callable[[Any], str]) -> str:
+    """What holds for the estimator; where it is left open and they differ, for each of them."""
+    found = {name: words(file.settings_of(name)) for name in file.estimator_names}
+    if len(set(found.values())) == 1:
+        return found[file.estimator_names[0]]
+    return "; ".join(f"{name}: {value}" for name, value in found.items())
+
+
+def _age(section: Any) -> str:
+    return "compensated" if section.is_age_compensated else "ignored"
+
+
+def _estimators(file: StudyFile) -> list[tuple[str, str, str]]:
+    """Rows on the estimator and its settings; where it is left open, on those that the search chose from."""
+    names = file.estimator_names
+    if len(names) == 1:
+        return _estimator(file, names[0])
+    rows = [("estimator", f"chosen by the search with each design: {', '.join(names)}", STUDY_FILE)]
+    for name in names:
+        rows += [(f"{name}: {what}", value, source) for what, value, source in _estimator(file, name)]
+    return rows
+
+
+def _estimator(file: StudyFile, name: str) -> list[tuple[str, str, str]]:
+    """Rows on one estimator and its settings."""
+    words, source = ESTIMATOR_WORDS[name]
+    if name != "mcl":
+        given = _settings(file.settings_of(name))
         return [("estimator", words, source), ("settings of the estimator", given or "defaults", STUDY_FILE)]
     filter_ = file.mcl
     return [

@@ -1,32 +1,29 @@
 """What the command line asks of a study beside running it, as plain data that prints as JSON."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rfiddesign.cost import Site
 from rfiddesign.design import Design, check_design, check_tag_spacing
 from rfiddesign.errors import StudyError
-from rfiddesign.evaluate import evaluate, optimality_gap
-from rfiddesign.optimize import unbuildable
+from rfiddesign.evaluate import Gap, computing_time, evaluate
+from rfiddesign.floor import Floor
+from rfiddesign.optimize import Space, Unbuildable, unbuildable
 from rfiddesign.study.document import antenna_poses, blind_records, coverage_record
 from rfiddesign.study.estimators import reference_of
 from rfiddesign.study.load import Study, check_tag_count, design_of, floor_of, scenario_of, space_of
 from rfiddesign.study.pipeline import price_design
 from rfiddesign.study.run_study import sensitivity
+from rfiddesign.study.variants import Variant, in_variant
 
 
 def check_study(study: Study) -> dict[str, Any]:
-    """What a study would search, its floor, and how the floor depends on the map's thresholds."""
+    """What a study would search, its floor, how the floor depends on the map's thresholds, and its variants."""
     floor = floor_of(study)
-    space = space_of(study)
-    for pattern in space.patterns:
-        check_tag_count(study, pattern, floor, "space.tags_per_m2")
-    misfits = unbuildable(space, study.footprint)
+    space, misfits = check_search(study, floor)
+    check_variants(study.variants)
     n_unbuildable = sum(len(misfit.numbers) for misfit in misfits)
-    if n_unbuildable == space.size:
-        raise StudyError(f"no design can be built: {misfits[0].reason}", file=study.path, key="space")
-    scenario_of(study, floor)
     return {
         "study": study.name,
         "title": study.file.title,
@@ -50,7 +47,33 @@ def check_study(study: Study) -> dict[str, Any]:
         },
         "requirement": dict(study.requirement.limits) | {"converged_within_s": study.requirement.converged_within_s},
         "fleet": study.file.fleet.robots,
+        "estimators": list(study.file.estimator_names),
+        "variants": [variant.listed() for variant in study.variants],
     }
+
+
+def check_search(study: Study, floor: Floor) -> tuple[Space, tuple[Unbuildable, ...]]:
+    """The space of a study and what of it cannot be built.
+
+    Raises
+    ------
+    StudyError : if nothing can be built, or the floor would take too many tags or no route.
+    """
+    space = space_of(study)
+    for pattern in space.patterns:
+        check_tag_count(study, pattern, floor, "space.tags_per_m2")
+    misfits = unbuildable(space, study.footprint)
+    if sum(len(misfit.numbers) for misfit in misfits) == space.size:
+        raise StudyError(f"no design can be built: {misfits[0].reason}", file=study.path, key="space")
+    scenario_of(study, floor)
+    return space, misfits
+
+
+def check_variants(variants: Iterable[Variant]) -> None:
+    """Check the search of each variant, so that a fault in the last one is found before the first is simulated."""
+    for variant in variants:
+        with in_variant(variant.name):
+            check_search(variant.study, floor_of(variant.study))
 
 
 def evaluate_study(
@@ -70,33 +93,35 @@ def evaluate_study(
     }
     evaluation = evaluate(
         design, scenario, n_runs, seed=study.file.seed, requirement=study.requirement, n_workers=n_workers,
-        on_run=on_run,
+        on_run=on_run, compare_to_exact=with_gap, reference=reference_of(study.file, study.file.world, study.file.scenario.fastest_mm_per_s),
     )  # fmt: skip
-    gap = {}
-    if with_gap:
-        found = optimality_gap(
-            evaluation, design, scenario, reference_of(study.file, study.file.world), seed=study.file.seed,
-            n_workers=n_workers, on_run=lambda n_done: on_run(n_runs + n_done),
-        )  # fmt: skip
-        gap = {
-            "optimality_gap": {
-                "reference_position_mean_mm": {"mean": found.reference_mm.mean, "stderr": found.reference_mm.stderr},
-                "ratio": {"mean": found.ratio.mean, "stderr": found.ratio.stderr},
-            }
-        }
-    return gap | {
+    computing = computing_time(design, scenario, seed=study.file.seed)
+    return _gap(evaluation.gap) | {
         "design": design.name,
-        "estimator": study.file.estimator,
+        "estimator": study.file.estimator_names[0],
         "start": scenario.start,
         "seed": study.file.seed,
         "metrics": {name: {"mean": mean.mean, "stderr": mean.stderr} for name, mean in evaluation.metrics().items()},
         "runs": n_runs,
         "steps": evaluation.n_steps,
         "n_particles": evaluation.n_particles,
+        "us_per_step": computing.us_per_step,
+        "flops_per_step": computing.flops_per_step,
         "n_tags": n_tags,
         "price_cents_by_robots": prices,
         "currency": study.prices.currency,
         "wall_s": evaluation.wall_s,
+    }
+
+
+def _gap(found: Gap | None) -> dict[str, Any]:
+    if found is None:
+        return {}
+    return {
+        "optimality_gap": {
+            "reference_position_mean_mm": {"mean": found.reference_mm.mean, "stderr": found.reference_mm.stderr},
+            "ratio": {"mean": found.ratio.mean, "stderr": found.ratio.stderr},
+        }
     }
 
 

@@ -10,8 +10,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from rfiddesign.study.estimator_config import EstimatorChoice
+from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
 from rfiddesign.study.sections import Density, Name, NotNegative, PatternKind, Pitch, Positive, Section, Share
+from rfiddesign.study.variants_config import ComparisonSection, Variants
 from rfiddesign.study.world_config import WorldSection
 
 
@@ -94,6 +95,11 @@ class ScenarioSection(Section):
     )
     turn_rate_deg_per_s: Annotated[float, Field(ge=0.1, le=3600)] = 60.0
 
+    @property
+    def fastest_mm_per_s(self) -> float:
+        """The highest speed."""
+        return max(self.speeds_mm_per_s)
+
 
 class DesignSection(Section):
     """The design that `evaluate` and `coverage` take where --set does not say otherwise."""
@@ -118,6 +124,11 @@ class SpaceSection(Section):
     antenna: Annotated[list[Name], Field(min_length=1, max_length=100)]
     pattern: Annotated[list[PatternKind], Field(min_length=1, max_length=10)]
     tags_per_m2: Annotated[list[Density], Field(min_length=1, max_length=1000)]
+    estimator: Annotated[list[EstimatorName], Field(min_length=1, max_length=20)] | None = Field(
+        None,
+        description='with estimator = "auto": what the search may put on the robots, the preferred one first;'
+        f" default: {', '.join(AUTO_ESTIMATORS)}",
+    )
 
 
 class SearchSection(Section):
@@ -158,6 +169,9 @@ class StudyFile(EstimatorChoice):
 
     title: Annotated[str, Field(min_length=1, max_length=200)]
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+    estimator: Literal[EstimatorName, "auto"] = Field(
+        "mcl", description='the filter on the robots; "auto": the search chooses from space.estimator for each design'
+    )
     prices: Name = Field("prices.toml", description="price list, relative to the study file")
     floor: FloorSection
     robot: RobotSection = RobotSection()
@@ -169,6 +183,20 @@ class StudyFile(EstimatorChoice):
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")
     space: SpaceSection
     search: SearchSection = SearchSection()
+    # Left out of what is saved and hashed: the study's own answer does not depend on them.
+    variants: Variants = Field([], exclude=True, description="variants of this study, to be answered and compared")
+    comparison: ComparisonSection = Field(ComparisonSection(), exclude=True)
+
+    @property
+    def estimator_names(self) -> tuple[str, ...]:
+        """The estimators that may be on the robots, the preferred one first."""
+        return tuple(self.space.estimator or AUTO_ESTIMATORS) if self.estimator == AUTO else (self.estimator,)
+
+    @model_validator(mode="after")
+    def _open_estimator(self) -> "StudyFile":
+        if self.space.estimator is not None and self.estimator != AUTO:
+            raise ValueError(f'space.estimator needs estimator = "{AUTO}", found "{self.estimator}"')
+        return self
 
 
 def _exact(value: Any) -> Decimal:

@@ -13,8 +13,9 @@ from rfiddesign.geometry import Aliasing, aliased_headings, blind_corridors, bli
 from rfiddesign.metrics import Requirement, RunMetrics
 from rfiddesign.optimize import CLAIMS, Decision, TestPlan
 from rfiddesign.results import study_result as records
+from rfiddesign.simulation.computing import ComputingTime
 from rfiddesign.simulation.run import Trace
-from rfiddesign.study.assumptions import assumptions
+from rfiddesign.study.assumptions import assumptions, estimator_words
 from rfiddesign.study.load import Study
 from rfiddesign.study.pipeline import Answer, Candidates, Front, fronts
 
@@ -34,6 +35,7 @@ class Findings:
     sensitivity : how the floor's area moves with the map's thresholds.
     runs : the consumed runs of each tested design, by number.
     digest : hash of everything that the answer depends on.
+    computing : what the estimator of each winner computes, by number.
     """
 
     study: Study
@@ -44,6 +46,7 @@ class Findings:
     answers: tuple[Answer, ...]
     runs: dict[int, list[RunMetrics]]
     digest: str
+    computing: dict[int, ComputingTime]
 
 
 def study_result(findings: Findings) -> records.StudyResult:
@@ -96,6 +99,10 @@ def study_result(findings: Findings) -> records.StudyResult:
             n_candidates=len(candidates.numbers),
         ),
         assumptions=assumptions(study),
+        estimators=[
+            records.EstimatorRecord(name=name, words=estimator_words(name, settings))
+            for name, settings in zip(candidates.space.estimators, candidates.settings, strict=True)
+        ],
         answers=[_answer(findings, answer) for answer in findings.answers],
         designs=[_design(candidates, number, runs) for number, runs in sorted(findings.runs.items())],
     )
@@ -107,7 +114,7 @@ def chosen_design(findings: Findings, answer: Answer) -> records.ChosenDesign:
     design, price = findings.candidates.designs[number], answer.costs[number]
     lattice = design.pattern.lattice
     return records.ChosenDesign(
-        name=design.name,
+        name=findings.candidates.name(number),
         n_robots=answer.n_robots,
         layout=design.layout.name,
         antennas=antenna_poses(design),
@@ -122,6 +129,7 @@ def chosen_design(findings: Findings, answer: Answer) -> records.ChosenDesign:
         n_tags=findings.candidates.n_tags[number],
         cost_cents=price.total_cents,
         currency=price.currency,
+        estimator=findings.candidates.estimator(number),
     )
 
 
@@ -181,6 +189,11 @@ def traces_record(traces: Iterable[tuple[int, int, Trace]]) -> list[records.Trac
     return found
 
 
+def about(value: float) -> float:
+    """A number to as many digits as one has who counts by rule of thumb, or measures on a busy machine: three."""
+    return float(f"{value:.3g}")
+
+
 def rounded(value: float) -> float:
     """A number to nine significant digits."""
     return float(f"{value:.{SIGNIFICANT_DIGITS}g}") if math.isfinite(value) else value
@@ -213,7 +226,13 @@ def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
         n_runs_used=search.n_runs_used,
         fronts=[_front(findings, answer, front) for front in found],
         coverage=None if winner is None else _coverage(findings.candidates.designs[winner]),
+        computing=None if winner is None else _computing(findings, winner),
     )
+
+
+def _computing(findings: Findings, number: int) -> records.ComputingRecord:
+    name, n_flops = findings.candidates.estimator(number), about(findings.computing[number].flops_per_step)
+    return records.ComputingRecord(estimator=name, dt_s=findings.study.file.scenario.dt_s, flops_per_step=n_flops)
 
 
 def _coverage(design: Design) -> records.CoverageRecord:
@@ -260,7 +279,8 @@ def _design(candidates: Candidates, number: int, runs: list[RunMetrics]) -> reco
     means = Evaluation(design.name, tuple(runs), (), 0, 0.0).metrics()
     return records.DesignRecord(
         number=number,
-        name=design.name,
+        name=candidates.name(number),
+        estimator=candidates.estimator(number),
         layout=design.layout.name,
         antenna=design.antenna.name,
         pattern=design.pattern.name,

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from rfiddesign.study.sections import Section
+from rfiddesign.study.sections import Section, Share
 from rfiddesign.study.world_config import OdometrySection
 
 Believed = Annotated[
@@ -34,10 +34,15 @@ class FieldSection(Section):
         True, description="a poll without a read speaks against places with a tag in view"
     )
     softness_mm: Annotated[float, Field(ge=0, le=1e4)] | None = Field(
-        None, description="blur of the field's border; default: 1 mm and the installation error, squares added"
+        None,
+        description="blur of the field's border; default: 1 mm, the installation error and the way at the highest "
+        "speed within a delay that the filter is not told of, squares added",
+    )
+    radius_tolerance: Share | None = Field(
+        None, description="share by which the field may be larger or smaller; default: by which it is in truth"
     )
     read_probability: Annotated[float, Field(ge=0.01, le=0.999)] | None = Field(
-        None, description="default: the true one, at most 0.98"
+        None, description="default: the true one with dead tags counted as missed, at most 0.98"
     )
     is_age_compensated: bool = True
     odometry: Believed = None
@@ -48,6 +53,14 @@ class ParticleFilterSection(FieldSection):
 
     n_particles: Particles = 500
     reinitialize: bool = True
+    is_regularized: bool = Field(True, description="drawn particles are set apart by a Liu-West kernel")
+    is_tempered: bool = Field(True, description="evidence that leaves few particles is applied in stages")
+
+
+class PmgSection(FieldSection):
+    """Projected-moment Gaussian filter: a few Gaussians that learn from every poll."""
+
+    n_components: Annotated[int, Field(ge=1, le=64)] = 7
 
 
 class EkfSection(Section):
@@ -94,7 +107,7 @@ class HistogramSection(FieldSection):
 
 
 EstimatorName = Literal[
-    "mcl", "particle_filter", "quantized_ekf", "constrained_ekf", "markov", "rigid_fit", "trigonometric",
+    "mcl", "pmg", "particle_filter", "quantized_ekf", "constrained_ekf", "markov", "rigid_fit", "trigonometric",
     "motion_continuity", "weighted_centre", "odometry", "histogram",
 ]  # fmt: skip
 
@@ -102,6 +115,7 @@ EstimatorName = Literal[
 #: The table that sets each estimator.
 SECTIONS = {
     "mcl": "mcl",
+    "pmg": "pmg",
     "particle_filter": "particle_filter",
     "quantized_ekf": "ekf",
     "constrained_ekf": "ekf",
@@ -115,11 +129,18 @@ SECTIONS = {
 }
 
 
+#: What leaves the choice of the estimator to the search, and among which it chooses where nothing is said: of those
+#: that do alike the first.
+AUTO = "auto"
+AUTO_ESTIMATORS: tuple[EstimatorName, ...] = ("pmg", "particle_filter", "mcl")
+
+
 class EstimatorChoice(Section):
     """The filter on the robots, and the settings of each."""
 
     estimator: EstimatorName = Field("mcl", description="the filter on the robots")
     mcl: MclSection = MclSection()
+    pmg: PmgSection = PmgSection()
     particle_filter: ParticleFilterSection = ParticleFilterSection()
     ekf: EkfSection = EkfSection()
     markov: MarkovSection = MarkovSection()
@@ -127,6 +148,15 @@ class EstimatorChoice(Section):
     histogram: HistogramSection = HistogramSection()
 
     @property
+    def estimator_names(self) -> tuple[str, ...]:
+        """The estimators that may be on the robots, the preferred one first."""
+        return (self.estimator,)
+
+    def settings_of(self, name: str) -> Section:
+        """The settings of an estimator."""
+        return getattr(self, SECTIONS[name])
+
+    @property
     def chosen(self) -> Section:
-        """The settings of the chosen estimator."""
-        return getattr(self, SECTIONS[self.estimator])
+        """The settings of the chosen estimator; where the choice is left open, of the preferred one."""
+        return self.settings_of(self.estimator_names[0])

@@ -1,7 +1,7 @@
 """Load a study once: from its files to frozen records; nothing below this module sees a dict."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -20,9 +20,10 @@ from rfiddesign.optimize import Space
 from rfiddesign.simulation.run import true_poses
 from rfiddesign.simulation.scenario import Routes, Scenario
 from rfiddesign.study.config import FloorSection, PriceEntry, PriceFile, RequirementSection, StudyFile
-from rfiddesign.study.estimators import estimator_of, world_of
+from rfiddesign.study.estimators import estimators_of, world_of
 from rfiddesign.study.overrides import apply_overrides
 from rfiddesign.study.toml_file import read_toml, validate
+from rfiddesign.study.variants import Variant, read_variants
 
 FILE_NAME = "study.toml"
 # 2.25 mm from the true disc at a radius of 300 mm would reject antennas that fit: many segments.
@@ -41,12 +42,14 @@ class Study:
     file : its contents, checked, with all defaults.
     prices : the price list.
     requirement : limits that a run must keep.
+    variants : the variants that the file names, each a complete study.
     """
 
     path: Path
     file: StudyFile
     prices: PriceList
     requirement: Requirement
+    variants: tuple[Variant, ...] = ()
 
     @property
     def name(self) -> str:
@@ -60,7 +63,7 @@ class Study:
 
 
 def load_study(path: str | Path, settings: tuple[str, ...] = ()) -> Study:
-    """Read a study file, or the one in a folder, with KEY=VALUE settings on top.
+    """Read a study file, or the one in a folder, with KEY=VALUE settings on top, and below those of its variants.
 
     Raises
     ------
@@ -71,7 +74,14 @@ def load_study(path: str | Path, settings: tuple[str, ...] = ()) -> Study:
         path = path / FILE_NAME if path.is_dir() else path
     except OSError as error:
         raise StudyError(f"cannot be read: {error.strerror}", file=path) from None
-    file = validate(StudyFile, apply_overrides(read_toml(path), settings), path)
+    data = apply_overrides(read_toml(path), settings)
+    study = _study(path, data)
+    return replace(study, variants=read_variants(study, data, lambda changed: _study(path, changed)))
+
+
+def _study(path: Path, data: dict[str, Any]) -> Study:
+    """The study that a file's data are, without its variants."""
+    file = validate(StudyFile, data, path)
     requirement = _checked(path, "requirement", lambda: _requirement(file.requirement))
     for factor in file.search.limit_factors:
         _checked(path, "search.limit_factors", lambda factor=factor: requirement.scaled(factor))
@@ -111,8 +121,8 @@ def reader_of(study: Study) -> Reader:
 def space_of(study: Study) -> Space:
     """The space of designs to search."""
     section = study.file.space
-    for name in ("layout", "antenna", "pattern", "tags_per_m2"):
-        values = getattr(section, name)
+    for name in ("layout", "antenna", "pattern", "tags_per_m2", "estimator"):
+        values = getattr(section, name) or []
         if len(set(values)) < len(values):
             raise StudyError(f"found {values}, must not name a value twice", file=study.path, key=f"space.{name}")
     layouts = tuple(layout_of(study, name, "space.layout") for name in section.layout)
@@ -125,7 +135,13 @@ def space_of(study: Study) -> Space:
     return _checked(
         study.path,
         "space",
-        lambda: Space(layouts, tuple(known[name] for name in section.antenna), patterns, reader_of(study)),
+        lambda: Space(
+            layouts,
+            tuple(known[name] for name in section.antenna),
+            patterns,
+            reader_of(study),
+            study.file.estimator_names,
+        ),
     )
 
 
@@ -146,9 +162,12 @@ def map_thresholds(section: FloorSection) -> MapThresholds:
 
 
 def scenario_of(study: Study, floor: Floor) -> Scenario:
-    """How the study exercises its designs on a floor."""
+    """How the study exercises its designs on a floor; where it leaves the estimator open, with the preferred one."""
     file = study.file
     section = file.scenario
+    filters = _checked(
+        study.path, "scenario", lambda: list(estimators_of(file, file.world, section.fastest_mm_per_s).values())
+    )
     settle_s = section.settle_s
     if settle_s is None:
         is_unknown = section.start == "unknown"
@@ -162,13 +181,16 @@ def scenario_of(study: Study, floor: Floor) -> Scenario:
             math.radians(section.turn_rate_deg_per_s),
         ),
         world=world_of(file.world),
-        estimator=estimator_of(file, file.world),
+        estimator=filters[0],
         start=section.start,
         duration_s=section.duration_s,
         dt_s=section.dt_s,
         settle_s=settle_s,
+        is_delay_known=file.world.is_delay_known,
     )
     scenario = _checked(study.path, "scenario", build)
+    for other in filters[1:]:
+        _checked(study.path, "scenario", lambda other=other: replace(scenario, estimator=other))
     # A floor too small for a route of that length is found here, before anything is written.
     _checked(study.path, "floor", lambda: true_poses(scenario, file.seed, 0))
     return scenario

@@ -1,10 +1,10 @@
 """Passed and failed runs for the search: simulated when first asked for, kept, and never simulated twice."""
 
+from collections.abc import Callable
 from concurrent.futures import Future
 
 import numpy as np
 
-from rfiddesign.design import Design
 from rfiddesign.metrics import Requirement, RunMetrics
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.study.storage import RunTable
@@ -16,17 +16,17 @@ DESIGNS_AHEAD = 12
 
 
 class StoredRuns:
-    """Runs of numbered designs.
+    """Runs of numbered candidates: designs, each with an estimator.
 
     Parameters
     ----------
-    designs : the candidates by number.
+    job_of : what to run for (number of a candidate, number of the run).
     simulator : runs what is missing.
     table : where runs are kept between sessions.
     """
 
-    def __init__(self, designs: dict[int, Design], simulator: Simulator, table: RunTable):
-        self._designs = designs
+    def __init__(self, job_of: Callable[[int, int], Job], simulator: Simulator, table: RunTable):
+        self._job_of = job_of
         self._simulator = simulator
         self._table = table
         self._runs = {
@@ -50,7 +50,7 @@ class StoredRuns:
         """Begin to simulate what is missing of the first `n_runs` runs, without waiting for it."""
         for run in range(n_runs):
             if (design, run) not in self._runs and (design, run) not in self._begun:
-                self._begun[design, run] = self._simulator.submit(Job(self._designs[design], run))
+                self._begun[design, run] = self._simulator.submit(self._job_of(design, run))
 
     def drop_ahead(self) -> None:
         """Forget runs that were begun ahead and not yet started."""

@@ -1,17 +1,21 @@
-"""--set KEY=VALUE: change keys of a study file from the command line."""
+"""Change keys of a study's data: from the command line (--set KEY=VALUE), and for a variant of the study."""
 
 import tomllib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
 from rfiddesign.errors import StudyError
 from rfiddesign.study.config import DesignSection, StudyFile
-from rfiddesign.study.estimator_config import SECTIONS
+from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, SECTIONS
 from rfiddesign.study.toml_file import record_in
 
 SOURCE = "--set"
 _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
+# Which variants a study has, and how they are compared, is not among what a variant may change.
+NOT_SETTABLE = ("variants", "comparison")
 # A design names its density in one of two ways: setting one drops the other.
 _EXCLUSIVE = {"design.tags_per_m2": "pitch_mm", "design.pitch_mm": "tags_per_m2"}
 
@@ -37,20 +41,45 @@ def settable_keys(section: str = "mcl") -> dict[str, str]:
 
 def apply_overrides(data: dict[str, Any], settings: tuple[str, ...]) -> dict[str, Any]:
     """A copy of a study file's data with each KEY=VALUE set; StudyError for an unknown key."""
-    result = _copy(data)
-    pairs = [setting.partition("=") for setting in settings]
-    chosen = [parse_value(text.strip()) for name, _, text in pairs if name.strip() == "estimator"]
-    estimator = (chosen or [data.get("estimator")])[-1]
-    keys = settable_keys(SECTIONS.get(estimator if isinstance(estimator, str) else None, "mcl"))
+    pairs = []
     for setting in settings:
         name, equals, text = setting.partition("=")
         if not equals:
             raise StudyError(f"found {setting!r}, must be KEY=VALUE", file=SOURCE)
-        if name.strip() not in keys:
-            names = ", ".join(sorted(key for key in keys if "." not in key))
-            raise StudyError(f"unknown key; allowed: {names}, or a dotted path", file=SOURCE, key=name.strip())
-        _assign(result, keys[name.strip()], parse_value(text.strip()))
+        pairs.append((name.strip(), parse_value(text.strip())))
+    return with_values(data, pairs, SOURCE)
+
+
+def with_values(data: dict[str, Any], pairs: Iterable[tuple[str, Any]], source: str | Path) -> dict[str, Any]:
+    """A copy of a study file's data with keys set to values; StudyError for an unknown key of that `source`."""
+    result = _copy(data)
+    for path, value in resolved(data, pairs, source):
+        _assign(result, path, value)
     return result
+
+
+def resolved(data: dict[str, Any], pairs: Iterable[tuple[str, Any]], source: str | Path) -> list[tuple[str, Any]]:
+    """Keys, short or dotted, as dotted paths of a study file with these data; a table's are those of the keys in it."""
+    pairs = list(pairs)
+    keys = settable_keys(_own_section(data, pairs))
+    found = []
+    for name, value in _leaves(pairs, keys):
+        if name not in keys:
+            names = ", ".join(sorted(key for key in keys if "." not in key))
+            raise StudyError(f"unknown key; allowed: {names}, or a dotted path", file=source, key=name)
+        found.append((keys[name], value))
+    return found
+
+
+def _own_section(data: dict[str, Any], pairs: list[tuple[str, Any]]) -> str:
+    """The table of the estimator set last; where the search chooses one, of the one that it prefers."""
+    estimator = next((value for name, value in reversed(pairs) if name == "estimator"), data.get("estimator"))
+    if estimator == AUTO:
+        space = data.get("space")
+        given = space.get("estimator") if isinstance(space, dict) else None
+        given = next((value for name, value in reversed(pairs) if name == "space.estimator"), given)
+        estimator = given[0] if isinstance(given, list) and given else AUTO_ESTIMATORS[0]
+    return SECTIONS.get(estimator if isinstance(estimator, str) else None, "mcl")
 
 
 def parse_value(text: str) -> Any:
@@ -63,8 +92,20 @@ def parse_value(text: str) -> Any:
         return text
 
 
+def _leaves(pairs: Iterable[tuple[str, Any]], keys: dict[str, str], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Pairs of key and value; of a table of the study file those in it."""
+    for key, value in pairs:
+        name = f"{prefix}{key}"
+        if isinstance(value, dict) and any(path.startswith(f"{name}.") for path in keys):
+            yield from _leaves(value.items(), keys, f"{name}.")
+        else:
+            yield name, value
+
+
 def _paths(model: type[BaseModel], prefix: tuple[str, ...]):
     for name, field in model.model_fields.items():
+        if name in NOT_SETTABLE:
+            continue
         inner = record_in(field.annotation)
         if inner is None:
             yield ".".join((*prefix, name))

@@ -11,6 +11,7 @@ from rfiddesign.catalog import antennas, readers
 from rfiddesign.cost import Cost, Site, cost
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
+from rfiddesign.estimators.registry import Settings
 from rfiddesign.floor import Floor, read_ros_map
 from rfiddesign.metrics import Requirement, RunMetrics
 from rfiddesign.optimize import (
@@ -28,7 +29,8 @@ from rfiddesign.optimize import (
     screen_by_reads,
     unbuildable,
 )
-from rfiddesign.simulation.monte_carlo import Simulator
+from rfiddesign.simulation.monte_carlo import Job, Simulator
+from rfiddesign.study.estimators import estimators_of
 from rfiddesign.study.load import Study, check_tag_count, space_of
 from rfiddesign.study.outcomes import StoredOutcomes, StoredRuns
 
@@ -47,12 +49,13 @@ class Candidates:
 
     Parameters
     ----------
-    space : the space; a design's number is its place in `space.designs()`.
+    space : the space; a candidate's number is its place in `space.candidates()`.
     unbuildable : what cannot be built.
     screens : screens with what they removed.
-    numbers : numbers of the designs to be tested.
-    designs : those designs by number.
+    numbers : numbers of the candidates to be tested.
+    designs : their designs by number.
     n_tags : tags of each on the floor, by number.
+    settings : those of the space's estimators, in their order.
     """
 
     space: Space
@@ -61,6 +64,20 @@ class Candidates:
     numbers: tuple[int, ...]
     designs: dict[int, Design]
     n_tags: dict[int, int]
+    settings: tuple[Settings, ...]
+
+    def estimator(self, number: int) -> str:
+        """Name of the estimator that a candidate has."""
+        return self.space.estimators[self.space.estimator_of(number)]
+
+    def name(self, number: int) -> str:
+        """A candidate in a line: its design, and its estimator where there is a choice."""
+        name = self.designs[number].name
+        return f"{name}, {self.estimator(number)}" if len(self.space.estimators) > 1 else name
+
+    def job(self, number: int, run: int) -> Job:
+        """A run of a candidate."""
+        return Job(self.designs[number], run, self.settings[self.space.estimator_of(number)])
 
     @property
     def n_unbuildable(self) -> int:
@@ -141,13 +158,13 @@ def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: 
         check_tag_count(study, pattern, floor, "space.tags_per_m2")
     misfits = unbuildable(space, study.footprint)
     ruled_out = frozenset().union(*(misfit.numbers for misfit in misfits))
-    designs = space.designs()
-    built = [i for i in range(len(designs)) if i not in ruled_out]
+    found = space.candidates()
+    built = [i for i in range(len(found)) if i not in ruled_out]
     if not built:
         raise StudyError(f"no design can be built: {misfits[0].reason}", file=study.path, key="space")
     on_stage(Stage(f"screening {len(built):,} designs by what their antennas see"))
     minimum = study.file.search.min_expected_reads
-    is_kept, screen = screen_by_reads(tuple(designs[i] for i in built), minimum, simulator.map)
+    is_kept, screen = screen_by_reads(tuple(found[i].design for i in built), minimum, simulator.map)
     numbers = tuple(i for i, kept in zip(built, is_kept, strict=True) if kept)
     if not numbers:
         raise StudyError(f"every design has {screen.rule}", file=study.path, key="search.min_expected_reads")
@@ -155,8 +172,9 @@ def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: 
     counts = simulator.map(lambda pattern: simulator.tags(pattern).n_tags, space.patterns)
     n_tags = dict(zip(space.patterns, counts, strict=True))
     return Candidates(
-        space, misfits, (screen,), numbers, {i: designs[i] for i in numbers},
-        {i: n_tags[designs[i].pattern] for i in numbers},
+        space, misfits, (screen,), numbers, {i: found[i].design for i in numbers},
+        {i: n_tags[found[i].design.pattern] for i in numbers},
+        tuple(estimators_of(study.file, study.file.world, study.file.scenario.fastest_mm_per_s).values()),
     )  # fmt: skip
 
 

@@ -13,17 +13,20 @@ from pathlib import Path
 import shapely
 
 from rfiddesign.cost import Site
-from rfiddesign.errors import StudyError
 from rfiddesign.floor import AreaRow, Floor, area_sensitivity, read_ros_map, write_tags_csv
 from rfiddesign.metrics import RunMetrics
 from rfiddesign.results import folder as files
+from rfiddesign.results.computing import Computing, MeasuredTime
 from rfiddesign.results.study_result import StudyResult, Traces
-from rfiddesign.simulation.monte_carlo import Job, Simulator
-from rfiddesign.study.document import Findings, chosen_design, study_result, traces_record
+from rfiddesign.simulation.computing import ComputingTime
+from rfiddesign.simulation.monte_carlo import Simulator
+from rfiddesign.study import claim
+from rfiddesign.study.document import Findings, about, chosen_design, study_result, traces_record
 from rfiddesign.study.load import Study, floor_of, map_thresholds, scenario_of
 from rfiddesign.study.outcomes import StoredRuns
 from rfiddesign.study.pipeline import (
     Answer,
+    Candidates,
     OnStage,
     Stage,
     find_candidates,
@@ -61,7 +64,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
     """
     begin = time.perf_counter()
     digest = study_hash(study)
-    is_begun = _is_begun(out, digest)
+    is_begun = claim.is_begun(out, digest)
     on_stage(Stage("reading the floor"))
     floor = floor_of(study)
     workers = n_workers or os.cpu_count() or 1
@@ -71,65 +74,35 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         costs = {n: price_candidates(study, candidates, Site(n, floor.area_m2)) for n in study.file.fleet.robots}
         # Nothing is written before all that can be at fault with a study has been looked at.
         if not is_begun:
-            _claim_folder(study, out, digest)
-        runs = StoredRuns(candidates.designs, simulator, stack.enter_context(RunTable(out / files.RUNS)))
+            claim.claim_folder(out, digest, {"study": json.loads(study.file.model_dump_json())})
+        runs = StoredRuns(candidates.job, simulator, stack.enter_context(RunTable(out / files.RUNS)))
         n_before = runs.n_stored
         try:
             answers = tuple(search_fleet(study, candidates, n, costs[n], runs, on_stage) for n in costs)
         finally:
             runs.save()
         on_stage(Stage("saving"))
+        computing = _computing_times(candidates, answers, simulator)
         findings = Findings(
             study, floor, sensitivity(study), candidates, test_plan(study, len(candidates.numbers)), answers,
-            _consumed(candidates.numbers, answers, runs), digest,
+            _consumed(candidates.numbers, answers, runs), digest, computing,
         )  # fmt: skip
         result = study_result(findings)
         for answer in answers:
             _save_answer(out, findings, answer, simulator)
         traces = [
-            (answer.n_robots, run, simulator.trace(Job(candidates.designs[candidates.numbers[winner]], run)))
+            (answer.n_robots, run, simulator.trace(candidates.job(candidates.numbers[winner], run)))
             for answer in answers
             if (winner := answer.search.winner) is not None
             for run in range(RUNS_TRACED)
         ]
         files.write_record(out / files.TRACES, Traces(traces=traces_record(traces)))
         _save_plan(out, floor)
+        _save_computing(out, findings)
         files.write_record(out / files.RESULT, result)
         session = Session(workers, time.perf_counter() - begin, runs.n_simulated, n_before)
     _save_provenance(out, study, session)
     return result
-
-
-def _is_begun(out: Path, digest: str) -> bool:
-    """Whether the folder holds this very study; StudyError if it holds anything else."""
-    try:
-        if (out / files.STUDY).exists():
-            if _held_hash(out / files.STUDY) != digest:
-                raise StudyError("holds another study, or this one before a change; choose another --out", file=out)
-            return True
-        # A process killed while it claimed the folder leaves a hidden temporary file.
-        if out.exists() and (not out.is_dir() or any(not path.name.startswith(".") for path in out.iterdir())):
-            raise StudyError("is not an empty folder or one of this study; choose another --out", file=out)
-    except OSError as error:
-        raise StudyError(f"cannot be read: {error.strerror}", file=out) from None
-    return False
-
-
-def _held_hash(path: Path) -> str | None:
-    try:
-        return json.loads(path.read_text(encoding="utf-8")).get("hash")
-    except (ValueError, AttributeError, RecursionError):
-        return None
-
-
-def _claim_folder(study: Study, out: Path, digest: str) -> None:
-    """Make the folder and write the resolved study."""
-    resolved = {"hash": digest, "study": json.loads(study.file.model_dump_json())}
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        files.write_text(out / files.STUDY, json.dumps(resolved, indent=1) + "\n")
-    except OSError as error:
-        raise StudyError(f"cannot be written: {error.strerror}", file=out) from None
 
 
 def sensitivity(study: Study) -> tuple[AreaRow, ...]:
@@ -149,6 +122,26 @@ def _consumed(numbers: tuple[int, ...], answers: tuple[Answer, ...], runs: Store
             number = numbers[index]
             n_consumed[number] = max(n_consumed.get(number, 0), decision.n_runs)
     return {number: runs.first(number, n) for number, n in n_consumed.items() if n}
+
+
+def _computing_times(
+    candidates: Candidates, answers: tuple[Answer, ...], simulator: Simulator
+) -> dict[int, ComputingTime]:
+    """What the estimator of each winner computes, by number."""
+    winners = {candidates.numbers[answer.search.winner] for answer in answers if answer.search.winner is not None}
+    return {number: simulator.computing_time(candidates.job(number, 0)) for number in sorted(winners)}
+
+
+def _save_computing(out: Path, findings: Findings) -> None:
+    """Times of this machine, apart from what is the same everywhere."""
+    times = []
+    for answer in findings.answers:
+        if answer.search.winner is not None:
+            number = findings.candidates.numbers[answer.search.winner]
+            us_per_step = about(findings.computing[number].us_per_step)
+            estimator = findings.candidates.estimator(number)
+            times.append(MeasuredTime(n_robots=answer.n_robots, estimator=estimator, us_per_step=us_per_step))
+    files.write_record(out / files.COMPUTING, Computing(times=times))
 
 
 def _save_answer(out: Path, findings: Findings, answer: Answer, simulator: Simulator) -> None:

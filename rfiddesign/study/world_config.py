@@ -72,5 +72,12 @@ class WorldSection(Section):
         0.0, description="a tag answers if it has been in the field for this long"
     )
     delay_s: Annotated[float, Field(ge=0, le=10)] = Field(0.0, description="how late a read reaches the filter")
+    is_delay_known: bool = Field(False, description="whether the filter is told of it")
     answers: Literal["one", "all"] = Field("one", description="tags in view that answer to a poll")
     installation_error_mm: Annotated[float, Field(ge=0, le=1000)] = 0.0
+    dead_share: Share = Field(
+        0.0, description="share of the tags that never answer, drawn anew in every drive; the estimator does not know"
+    )
+    field_scale: Annotated[float, Field(ge=0.5, le=2)] = Field(
+        1.0, description="size of the true detection fields over the catalogue's, which the estimator believes"
+    )

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 STUDY_FAULTS = {
-    "unknown key": ("seed = 7", "sed = 7", "study.toml: sed: unknown key; did you mean seed? allowed: design, "),
+    "unknown key": ("seed = 7", "sed = 7", "study.toml: sed: unknown key; did you mean seed? allowed: comparison, "),
     "wrong type": ("seed = 7", 'seed = "x"', "study.toml: seed: found 'x'; input should be a valid integer"),
     "wrong unit": (
         "[search]",

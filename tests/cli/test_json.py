@@ -68,6 +68,9 @@ def test_evaluate_tells_means_with_their_errors(cli, tiny):
     assert metrics["position_mean_mm"] <= metrics["position_rms_mm"] <= metrics["position_max_mm"]
     assert (found["runs"], found["steps"], found["n_particles"]) == (6, 600, 60)
     assert found["wall_s"] > 0
+    # 60 particles, each of which takes some 200 operations without a read.
+    assert 60 * 150 < found["flops_per_step"] < 60 * 400
+    assert 0 < found["us_per_step"] < 1e4
     assert set(found["price_cents_by_robots"]) == {"1", "40"}
     assert found["price_cents_by_robots"]["40"] > found["price_cents_by_robots"]["1"]
 

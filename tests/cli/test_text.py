@@ -25,6 +25,7 @@ def test_the_answer_is_design_price_certificate_and_the_way_to_the_report(finish
         assert money(answer.winner.cost_cents, "EUR") in text
         assert f"{answer.winner.n_passed} of {answer.winner.n_runs} drives kept the limits" in text
     assert "in more than 40% of drives they hold (chance of error at most 20.0%)" in text
+    assert text.count("  estimator    mcl (Monte-Carlo localization, 60 particles), about ") == 2
     assert f"report: {finished}/report.html" in text
 
 

@@ -8,10 +8,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import stats
 
-from rfiddesign.estimators.acquisition import radius_of, start_by_two_tags
+from rfiddesign.estimators.acquisition import start_by_two_tags
 from rfiddesign.geometry import Disc, Rectangle, compose, listed, transform_points, wrap_angle
 from rfiddesign.models.recording import Recording
 from rfiddesign.models.robot import Robot
+from rfiddesign.models.shape import radius_of
 
 LAYOUT = listed([(150.0, 0.0, 0.0), (0.0, -200.0, 0.8), (-90.0, 60.0, 2.0)])
 RADIUS = 30.0

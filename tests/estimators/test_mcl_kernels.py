@@ -11,6 +11,7 @@ from scipy import stats
 from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
 from rfiddesign.estimators import _scatter_kernels as scatter_kernels
+from rfiddesign.estimators import _weigh_kernels as weigh_kernels
 from rfiddesign.estimators._particle_kernels import LOG
 from rfiddesign.geometry import between, compose, to_local, transform_points
 from rfiddesign.numerics._math_kernels import binary_angle
@@ -123,7 +124,7 @@ def log_weights_of(particles, reads, *rules):
     """Log weights after these reads, each by eq. 6."""
     cloud = cloud_of(*particles)
     for k in range(len(reads)):
-        kernels.weigh_by_distance(reads, k, *rules, cloud)
+        weigh_kernels.weigh_by_distance(reads, k, *rules, cloud)
     return cloud[LOG, : particles[0].size]
 
 
@@ -197,7 +198,7 @@ def test_weight_of_a_field_is_the_cell_that_the_tag_lies_in(yaw):
     is_clear = (np.abs(place - np.round(place)) > 1e-3).all(axis=1)
     for number, table in enumerate(tables):
         cloud = cloud_of(*particles)
-        kernels.weigh_by_field(reads_of(tag, antenna, turned(yaw), number), 0, tables, 8.0, cloud)
+        weigh_kernels.weigh_by_field(reads_of(tag, antenna, turned(yaw), number), 0, tables, 8.0, cloud)
         found = cloud[LOG, :5000]
         assert np.array_equal(found[is_clear], table[cell[:, 0], cell[:, 1]][is_clear])
         assert np.unique(found).size > 50
@@ -217,7 +218,7 @@ def test_weights_of_discs_are_the_products_of_what_each_row_says(n):
         within = t * t * (3 - 2 * t)
         expected += np.log(np.maximum(a + b * (within[0] - within[1]), 1e-3))
     cloud = cloud_of(*particles)
-    kernels.weigh_by_discs(reads_of(tags, antennas, turned(0.7), numbers), n, discs[:, :, None], 1 / width, cloud)
+    weigh_kernels.weigh_by_discs(reads_of(tags, antennas, turned(0.7), numbers), n, discs[:, :, None], 1 / width, cloud)
     # In single precision what is left of 1 - 0.9 is good to a millionth.
     assert np.abs(cloud[LOG, :5000] - expected).max() < 3e-4
 

@@ -91,3 +91,36 @@ def test_every_design_that_cannot_be_built_is_counted_once_with_the_first_fault(
 def test_readers_with_anticollision_take_any_density():
     pairs = unbuildable(Space(LAYOUTS, ANTENNAS, ONE_TAG.patterns), ROBOT)
     assert "any layout" not in {pair.layout_name for pair in pairs}
+
+
+# Designs with one of several estimators
+
+OPEN = Space(LAYOUTS, ANTENNAS, PATTERNS, estimators=("particle_filter", "mcl", "quantized_ekf"))
+
+
+def test_a_candidate_s_number_is_its_place_with_the_estimator_counting_fastest():
+    candidates = OPEN.candidates()
+    assert len(candidates) == OPEN.size == 36
+    for number, candidate in enumerate(candidates):
+        assert candidate.design == OPEN.designs()[number // 3]
+        assert candidate.estimator == OPEN.estimators[number % 3] == OPEN.estimators[OPEN.estimator_of(number)]
+
+
+def test_with_one_estimator_numbers_are_those_of_the_designs():
+    assert [candidate.design for candidate in SPACE.candidates()] == list(SPACE.designs())
+    assert OPEN.designs() == SPACE.designs()
+
+
+def test_what_cannot_be_built_cannot_with_any_estimator():
+    for one, several in zip(unbuildable(SPACE, ROBOT), unbuildable(OPEN, ROBOT), strict=True):
+        assert (several.layout_name, several.antenna_name, several.reason) == (
+            one.layout_name, one.antenna_name, one.reason,
+        )  # fmt: skip
+        assert several.numbers == {3 * number + i for number in one.numbers for i in range(3)}
+
+
+def test_estimators_count_towards_the_largest_space():
+    with pytest.raises(ValueError, match=r"space has 2,000,000 designs, at most 1,000,000 are allowed"):
+        Space(LAYOUTS[:1] * 1000, ANTENNAS[:1] * 100, PATTERNS[:1] * 10, estimators=("mcl", "markov"))
+    with pytest.raises(ValueError, match="space is empty"):
+        Space(LAYOUTS, ANTENNAS, PATTERNS, estimators=())

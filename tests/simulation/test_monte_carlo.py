@@ -1,12 +1,14 @@
 """Runs on many threads are the runs of one."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 
 import pytest
 import shapely
 
 from rfiddesign.catalog import antenna
 from rfiddesign.design import Design
+from rfiddesign.estimators.ekf import Ekf
 from rfiddesign.floor import rectangle_floor
 from rfiddesign.geometry import make_layout, make_pattern
 from rfiddesign.simulation.installed import InstalledTags
@@ -58,6 +60,20 @@ def test_designs_meet_the_same_route_in_a_run():
         other = simulator.trace(Job(a_design(), 5))
     assert (first.true_poses == second.true_poses).all()
     assert (first.true_poses != other.true_poses).any()
+
+
+def test_a_job_s_estimator_takes_the_place_of_the_scenario_s():
+    """A design meets each estimator in the runs that it would meet were that the scenario's own."""
+    design, ekf = DESIGNS[0], Ekf(kind="constrained")
+    named = Simulator(replace(SCENARIO, estimator=ekf), 11, 1)
+    with Simulator(SCENARIO, 11, 2) as simulator, named:
+        pairs = [Job(design, run, estimator) for run in range(4) for estimator in (None, ekf, SCENARIO.estimator)]
+        found = list(simulator.runs(pairs))
+        of_ekf = list(named.runs(Job(design, run) for run in range(4)))
+    own = [metrics_of([Job(design, run)])[Job(design, run)] for run in range(4)]
+    assert found[0::3] == found[2::3] == own
+    assert found[1::3] == of_ekf
+    assert set(own).isdisjoint(of_ekf)
 
 
 def test_another_seed_is_another_study():

@@ -18,7 +18,7 @@ from rfiddesign.models.reads import ReadModel
 from rfiddesign.simulation import Scenario, World
 
 floor = rectangle_floor(4000.0, 3000.0, 300.0)
-world = World(reads=ReadModel(0.9, "staggered"), installation_error_mm=5.0)
+world = World(reads=ReadModel(0.9, "staggered"), installation_error_mm=5.0, dead_share=0.1, field_scale=0.95)
 design = Design(make_layout("cross-20"), antenna("30x30"), make_pattern("triangular", tags_per_m2=60.0))
 for start, n_particles in (("known", 500), ("unknown", 2000)):
     scenario = Scenario(floor, world=world, estimator=Mcl(n_particles=n_particles), start=start, duration_s=5.0)

@@ -14,7 +14,7 @@ from rfiddesign.study import evaluate_study, load_study
 from rfiddesign.study.assumptions import ESTIMATOR_WORDS, assumptions
 from rfiddesign.study.config import StudyFile
 from rfiddesign.study.estimator_config import SECTIONS, EstimatorName
-from rfiddesign.study.estimators import ESTIMATORS, estimator_of, motion_of, reference_of
+from rfiddesign.study.estimators import ESTIMATORS, estimators_of, motion_of, reference_of
 from rfiddesign.study.load import design_of, floor_of, scenario_of
 from rfiddesign.study.world_config import ODOMETRY_KEYS, OdometrySection
 
@@ -46,7 +46,7 @@ def test_every_list_of_estimators_names_the_same():
 @pytest.mark.parametrize("name", NAMES)
 def test_every_estimator_is_built_for_a_robot_and_named_in_the_assumptions(tiny, name):
     study = load_study(tiny, (f"estimator={name}",))
-    settings = estimator_of(study.file, study.file.world)
+    settings = estimators_of(study.file, study.file.world, 300.0)[study.file.estimator]
     ready = registry.build(settings, Robot.of(design_of(study), ReadModel()), 0.05)
     assert ready.n_antennas == 8
     assert settings.motion == OmnidirectionalMotion()
@@ -120,7 +120,7 @@ def test_a_filter_may_believe_another_odometry_than_is_true(tiny, name):
 
 def test_the_exact_reference_believes_what_is_true(tiny):
     study = load_study(tiny, ("histogram.odometry.noise_mm_per_s=99.0", "cell_deg=2.0", "histogram.cell_mm=8.0"))
-    reference = reference_of(study.file, study.file.world)
+    reference = reference_of(study.file, study.file.world, 300.0)
     assert reference.motion == OmnidirectionalMotion()
     assert (reference.cell_mm, reference.cell_rad) == (8.0, math.radians(2.0))
 
@@ -186,12 +186,43 @@ def test_faults_reads_and_their_delays_reach_the_scenario(tiny):
     scenario = scenario_with(
         tiny, "scale_x=0.01", "scale_y=-0.02", "drift_rad_per_m=0.003", "slips_per_m=0.4", "slip_mm=5.0",
         "slip_rad=0.06", "polling=multiplexed", "poll_s=0.02", "read_time_s=0.03", "delay_s=0.04", "answers=all",
-        "read_probability=0.9", "installation_error_mm=6.0",
+        "read_probability=0.9", "installation_error_mm=6.0", "dead_share=0.05", "field_scale=0.9",
     )  # fmt: skip
     assert scenario.world.faults == OdometryFaults(0.01, -0.02, 0.003, 0.4, 5.0, 0.06)
     assert scenario.world.reads == ReadModel(0.9, "multiplexed", 0.02, 0.03, 0.04, "all")
     assert scenario.world.installation_error_mm == 6.0
+    assert (scenario.world.dead_share, scenario.world.field_scale) == (0.05, 0.9)
     assert not scenario.is_delay_known
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_estimator_knows_of_dead_tags_or_of_fields_of_another_size(tiny, name):
+    chosen = f"estimator={name}"
+    assert settings_with(tiny, chosen, "dead_share=0.2", "field_scale=0.8") == settings_with(tiny, chosen)
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("dead_share=1.01", "less than or equal to 1"),
+        ("dead_share=-0.1", "greater than or equal to 0"),
+        ("dead_share=many", "a valid number"),
+        ("dead_share=nan", "a finite number"),
+        ("field_scale=0.49", "greater than or equal to 0.5"),
+        ("field_scale=2.01", "less than or equal to 2"),
+        ("field_scale=inf", "less than or equal to 2"),
+        ("field_scale=yes", "a valid number"),
+    ],
+)
+def test_a_share_or_a_size_that_cannot_be_is_refused_in_one_line(tiny, setting, words):
+    key, _, value = setting.partition("=")
+    with pytest.raises(StudyError) as caught:
+        load_study(tiny, (setting,))
+    line = str(caught.value)
+    assert f"study.toml: world.{key}: " in line
+    assert words in line
+    assert value.replace("yes", "True") in line
+    assert "\n" not in line
 
 
 def test_faults_and_delays_make_errors_larger(tiny):
@@ -215,6 +246,11 @@ def test_what_is_wrong_with_odometry_and_reads_is_told(tiny):
     assert rows["polling"].value == "multiplexed, 0.01 s per poll"
     assert rows["delay of reads, of which the filter is not told"].value == "0.025 s"
     assert rows["tags in view that answer to a poll"].value == "all"
+    dead, size = "tags that never answer, of which the filter is not told", "true size of the detection fields"
+    assert not {dead, size} & rows.keys()
+    rows = assumed(tiny, "dead_share=0.025", "field_scale=0.9")
+    assert rows[dead].value.startswith("2.5 %, drawn anew in every drive")
+    assert rows[size].value.startswith("0.9 times the catalogue's")
     told = assumed(tiny, "estimator=markov", "markov.cell_mm=5.0", "corrects_heading=no")
     assert "cell_mm 5, " in told["settings of the estimator"].value
     assert "corrects_heading no" in told["settings of the estimator"].value

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from rfiddesign.errors import StudyError
 from rfiddesign.study import check_study, load_study
-from rfiddesign.study.estimators import estimator_of
+from rfiddesign.study.estimators import estimators_of
 from rfiddesign.study.load import design_of, floor_of, reader_of, scenario_of, space_of
 
 TINY = Path(__file__).parents[1] / "tiny-study"
@@ -81,7 +81,7 @@ def test_settings_reach_design_and_filter(tiny):
         "reinitialize=off", "n_particles=33", "start=unknown",
     )  # fmt: skip
     study = load_study(tiny, settings_)
-    design, estimator = design_of(study), estimator_of(study.file, study.file.world)
+    design, estimator = design_of(study), estimators_of(study.file, study.file.world, 300.0)[study.file.estimator]
     assert (design.layout.name, design.antenna.name, design.pattern.name) == ("pair", "80x80", "triangular")
     assert design.pattern.tags_per_m2 == pytest.approx(2e6 / math.sqrt(3) / 200**2)
     assert (estimator.likelihood.kind, estimator.reinitialize, estimator.n_particles) == ("gaussian", False, 33)

@@ -6,11 +6,15 @@ from dataclasses import replace
 import pytest
 
 from rfiddesign.metrics import Requirement, RunMetrics
+from rfiddesign.simulation.monte_carlo import Job
 from rfiddesign.study.outcomes import DESIGNS_AHEAD, RUNS_PER_COMMIT, StoredOutcomes, StoredRuns
 from rfiddesign.study.storage import RunTable
 
 RUN = RunMetrics(1.0, 1.0, 1.0, 1.0, 0.1, 0.1, 0.1, 0.1, 1.0, 0.0, 100)
-DESIGNS = {number: f"design {number}" for number in range(100)}
+
+
+def job_of(design, run):
+    return Job(f"design {design}", run)
 
 
 class Simulator:
@@ -36,7 +40,7 @@ def table(tmp_path):
 
 def test_a_run_is_simulated_once_however_often_it_is_asked_for(table):
     simulator = Simulator()
-    runs = StoredRuns(DESIGNS, simulator, table)
+    runs = StoredRuns(job_of, simulator, table)
     assert [run.position_mean_mm for run in runs.first(3, 2)] == [0.0, 1.0]
     assert [run.position_mean_mm for run in runs.first(3, 4)] == [0.0, 1.0, 2.0, 3.0]
     runs.begin(3, 4)
@@ -45,12 +49,12 @@ def test_a_run_is_simulated_once_however_often_it_is_asked_for(table):
 
 
 def test_the_next_session_finds_what_was_saved(table):
-    runs = StoredRuns(DESIGNS, Simulator(), table)
+    runs = StoredRuns(job_of, Simulator(), table)
     runs.first(3, 2)
     runs.begin(4, 1)  # asked for by nobody yet, but done
     runs.save()
     simulator = Simulator()
-    again = StoredRuns(DESIGNS, simulator, table)
+    again = StoredRuns(job_of, simulator, table)
     assert len(again.first(3, 2)) == 2
     assert len(again.first(4, 1)) == 1
     assert simulator.jobs == []
@@ -58,14 +62,14 @@ def test_the_next_session_finds_what_was_saved(table):
 
 
 def test_a_killed_session_loses_less_than_one_batch(table):
-    runs = StoredRuns(DESIGNS, Simulator(), table)
+    runs = StoredRuns(job_of, Simulator(), table)
     runs.first(3, RUNS_PER_COMMIT + 5)
     assert len(table.runs()[3]) == RUNS_PER_COMMIT
 
 
 def test_runs_begun_ahead_and_not_started_can_be_dropped_and_begun_again(table):
     simulator = Simulator(is_idle=True)
-    runs = StoredRuns(DESIGNS, simulator, table)
+    runs = StoredRuns(job_of, simulator, table)
     runs.begin(5, 2)
     runs.drop_ahead()
     runs.save()
@@ -82,7 +86,7 @@ def test_a_run_that_failed_is_told_when_it_is_asked_for_and_not_stored(table):
             future.set_exception(MemoryError("full"))
             return future
 
-    runs = StoredRuns(DESIGNS, Broken(), table)
+    runs = StoredRuns(job_of, Broken(), table)
     runs.begin(1, 1)
     runs.save()
     assert table.runs() == {}
@@ -92,15 +96,15 @@ def test_a_run_that_failed_is_told_when_it_is_asked_for_and_not_stored(table):
 
 def test_outcomes_hold_each_run_against_the_limits_under_the_study_s_own_number(table):
     simulator = Simulator()
-    outcomes = StoredOutcomes(StoredRuns(DESIGNS, simulator, table), [7, 9], Requirement((("position_mean_mm", 1.0),)))
+    outcomes = StoredOutcomes(StoredRuns(job_of, simulator, table), [7, 9], Requirement((("position_mean_mm", 1.0),)))
     assert outcomes.passed(1, 4).tolist() == [True, True, False, False]
     assert {design for design, _ in simulator.jobs} == {"design 9"}
 
 
 def test_a_few_designs_are_begun_ahead_but_none_while_stored_runs_answer(table):
     simulator = Simulator()
-    numbers = list(DESIGNS)
-    outcomes = StoredOutcomes(StoredRuns(DESIGNS, simulator, table), numbers, Requirement((("position_mean_mm", 1.0),)))
+    numbers = list(range(100))
+    outcomes = StoredOutcomes(StoredRuns(job_of, simulator, table), numbers, Requirement((("position_mean_mm", 1.0),)))
     requests = [(design, 2) for design in numbers]
     outcomes.prefetch(requests)
     assert len(simulator.jobs) == 2 * (1 + DESIGNS_AHEAD)

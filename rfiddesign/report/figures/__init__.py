@@ -1,5 +1,6 @@
 """Figures of a report: functions from records and arrays to matplotlib figures."""
 
+from rfiddesign.report.figures.comparison import comparison_figure
 from rfiddesign.report.figures.cost_error import CostErrorLabels, TestedDesigns, cost_error_figure
 from rfiddesign.report.figures.cost_split import cost_split_figure
 from rfiddesign.report.figures.coverage import coverage_figure
@@ -12,6 +13,7 @@ from rfiddesign.report.figures.tags import tags_figure
 __all__ = [
     "CostErrorLabels",
     "TestedDesigns",
+    "comparison_figure",
     "cost_error_figure",
     "cost_split_figure",
     "coverage_figure",
