@@ -95,6 +95,15 @@ def mean_of(values: list[float]) -> Mean:
     return Mean(float(array.mean()), stderr)
 
 
+def ratio_of_means(values: np.ndarray, others: np.ndarray) -> Mean:
+    """The mean of some values (n_runs,) over that of others of the same runs."""
+    ratio = float(values.mean() / others.mean())
+    # Runs are paired: the error of a ratio of means, from its residuals.
+    residuals = (values - ratio * others) / others.mean()
+    stderr = float(residuals.std(ddof=1) / math.sqrt(values.size)) if values.size > 1 else None
+    return Mean(ratio, stderr)
+
+
 def exact_reference(scenario: Scenario) -> Histogram:
     """The exact filter for a scenario: it believes what is true of the odometry, and of the field what the filter does.
 
@@ -115,11 +124,7 @@ def exact_reference(scenario: Scenario) -> Histogram:
 def _gap(runs: tuple[RunMetrics, ...], exact: tuple[RunMetrics, ...]) -> Gap:
     """The mean position error of a filter over that of the exact one on the same runs."""
     ours, best = (np.array([run.position_mean_mm for run in found]) for found in (runs, exact))
-    ratio = float(ours.mean() / best.mean())
-    # Runs are paired: the error of a ratio of means, from its residuals.
-    residuals = (ours - ratio * best) / best.mean()
-    stderr = float(residuals.std(ddof=1) / math.sqrt(ours.size)) if ours.size > 1 else None
-    return Gap(mean_of(best.tolist()), Mean(ratio, stderr))
+    return Gap(mean_of(best.tolist()), ratio_of_means(ours, best))
 
 
 def evaluate(

@@ -1,4 +1,4 @@
-"""The command line: `rfiddesign run | check | evaluate | coverage | report | reproduce`.
+"""The command line: `rfiddesign run | check | evaluate | coverage | export-estimator | report | reproduce`.
 
 Only this module prints and exits.  Everything heavy is imported inside the commands, so that `--help` is quick.
 """
@@ -140,6 +140,30 @@ def coverage(study: Path, *, set_: Settings = None, variant: VariantName = None,
         _print_json(summary)
     else:
         print("\n".join(coverage_lines(summary)))
+
+
+@app.command
+def export_estimator(
+    study: Path, *, set_: Settings = None, variant: VariantName = None, out: Path = Path(), json: Json = False
+):
+    """Write the projected-moment Gaussian filter (pmg) of one design of STUDY as one C99 file for the robot.
+
+    Its numbers and its tag map are filled in; the comment at its top says how to call it.
+
+    Parameters
+    ----------
+    study : folder of a study, or its study.toml.
+    out : file to write, or folder for rfid_pmg.c; default: the current one.
+    """
+    from rfiddesign.cli.text import export_lines
+    from rfiddesign.study import export_estimator as write_estimator
+    from rfiddesign.study import load_study, variant_of
+
+    summary = write_estimator(variant_of(load_study(study, _settings(set_, None)), variant, "--variant"), out)
+    if json:
+        _print_json(summary)
+    else:
+        print("\n".join(export_lines(summary)))
 
 
 @app.command

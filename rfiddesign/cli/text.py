@@ -171,6 +171,16 @@ def coverage_lines(summary: dict[str, Any]) -> list[str]:
     return [*lines, *(f"  warning: {warning}" for warning in summary["warnings"])]
 
 
+def export_lines(summary: dict[str, Any]) -> list[str]:
+    """What `export-estimator` wrote."""
+    tags = f"{summary['n_tags']:,} tags" if summary["n_tags"] else "no map"
+    return [
+        f"{summary['design']}: {summary['estimator']} with {summary['n_antennas']} antennas and {tags}",
+        f"  constant tables {summary['table_bytes']:,} bytes, state {summary['state_bytes']:,} bytes",
+        f"written: {summary['file']}",
+    ]
+
+
 def reproduction_lines(found: Any, folder: Any) -> list[str]:
     """Tables of `reproduce`: what was published beside what was measured, and the claims."""
     lines = [found.title]

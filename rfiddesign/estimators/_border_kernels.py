@@ -18,9 +18,9 @@ from rfiddesign.numerics._math_kernels import exp_32
 FARTHEST = 4.0
 _PER_ROOT_2_PI = 1.0 / math.sqrt(2.0 * math.pi)
 _LEAST_LEFT, _LEAST_BLUR = 0.02, 1e-4
-# What the bend of a border adds to it, in sigmas across; the widest Gaussian beside a field, in half its size; and
-# how far off a corner must be, in sigmas.
-_MOST_BEND, _WIDEST, _CORNER = 0.15, 0.4, 3.0
+# By how much the bend of a border may change the logarithm of a poll's probability; the widest Gaussian beside a field,
+# in half its size; and how far off a corner must be, in sigmas.
+_MOST_BEND, _WIDEST, _CORNER = 0.25, 0.4, 3.0
 
 
 @inline_kernel
@@ -69,21 +69,22 @@ def look_across(mix, k, seen, shape, softness, base, gain, found):
     if half_length > 0.0:
         is_along = beyond_u > beyond_v
         nu, nv = (math.copysign(1.0, u), 0.0) if is_along else (0.0, math.copysign(1.0, v))
-        per_radius, room = 0.0, -min(beyond_u, beyond_v)
+        room = -min(beyond_u, beyond_v)
         size = min(half_length, half_width) + corner
         if room <= 0.0 or room * room < _CORNER * _CORNER * whole:
             return False
     else:
-        per_radius = 1.0 / max(way, 1e-9)
-        nu, nv = u * per_radius, v * per_radius
+        per_way = 1.0 / max(way, 1e-9)
+        nu, nv = u * per_way, v * per_way
         size = corner
     g0, g1, g2 = nv * h1 - nu * h0, -nu * h1 - nv * h0, nu * hu + nv * hv
     p0, p1, p2 = xx * g0 + xy * g1 + xh * g2, xy * g0 + yy * g1 + yh * g2, xh * g0 + yh * g1 + hh * g2
     across = max(g0 * p0 + g1 * p1 + g2 * p2, 1e-9)
-    bend = 0.5 * max(whole - across, 0.0) * per_radius
-    variance = across + soft
-    if bend * bend > _MOST_BEND * _MOST_BEND * variance or variance > _WIDEST * _WIDEST * size * size:
+    if across > _WIDEST * _WIDEST * size * size:
         return False
+    # How much farther than its mean place a tag is on average; a straight border has no bend.
+    bend = math.sqrt(way * way + max(whole - across, 0.0)) - way if half_length == 0.0 else 0.0
+    variance = across + soft
     per_sigma = 1.0 / math.sqrt(variance)
     z = (depth - bend) * per_sigma
     density, inside = normal(z)
@@ -93,6 +94,8 @@ def look_across(mix, k, seen, shape, softness, base, gain, found):
         density, within = normal(z)
         slope, curve, inside = slope - density, curve - z * density, inside - within
     e = max(base + gain * inside, 1e-12)
+    if abs(gain * slope) * bend * per_sigma > _MOST_BEND * e:
+        return False
     # With xi across the border, outwards: its mean and variance in terms of P g' itself, which spares roots.
     per_e = gain / e
     move = -per_e * slope * per_sigma

@@ -87,9 +87,9 @@ def gather_nothing_seen(
 ):  # fmt: skip
     """Append to the rows the tags near an antenna that polled in this step and did not read them; returns all rows.
 
-    An antenna that answers with one tag says nothing of the others once it has read one.  Nothing is said of tags in
-    reach of no particle, nor by antennas whose place is too vague: leaving evidence out by a rule that does not look at
-    it harms no filter.
+    An antenna that answers with one tag says nothing of the others once it has read one.  Nothing is said of tags
+    that next to no particle reaches, nor by antennas whose place is too vague: leaving evidence out by a rule that does
+    not look at it harms no filter.
 
     Parameters
     ----------
@@ -98,6 +98,7 @@ def gather_nothing_seen(
     is_inventory : whether all tags in view answer.
     reach : distance beyond which a tag not read says nothing [mm].
     table_number : table for tags not read.
+    about : moments of the belief before the step's evidence, see `_regularize_kernels`.
     grid : (1 / cell_mm, origin_x, origin_y, n_x, n_y) of the map.
     """
     is_age_compensated, delay = ages

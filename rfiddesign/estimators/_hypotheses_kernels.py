@@ -1,4 +1,4 @@
-"""Where a robot that knows nothing may be once it reads a tag: one Gaussian per heading, with the antenna about the tag."""
+"""Where a robot that knows nothing may be once it reads a tag: a Gaussian per heading, the antenna about the tag."""
 
 import math
 

@@ -59,19 +59,19 @@ def predict(key, step, odometry, row, noise, drawn, headings, cloud):
 
 @leaf_kernel
 def move(key, step, odometry, row, noise, keeps_moments, drawn, headings, cloud, about):
-    """`predict`, together with the Liu-West move that is due; moves along what is known of the particles, if kept."""
+    """`predict`, or that together with the Liu-West noise that is due; moves along what is known of the particles."""
+    if not keeps_moments:
+        predict(key, step, odometry, row, noise, drawn, headings, cloud)
+        return
     increment = (odometry[row, 0], odometry[row, 1], odometry[row, 2])
     variances = step_variances(noise, increment[0], increment[1], increment[2])
-    if about[0, DUE] > 0.0:
-        covariance = covariance_ahead(about, about[0, DUE], increment, variances)
-        if covariance[5] < MOST_TURN_VARIANCE:
-            predict_apart(key, step, increment, root_of(covariance), about, drawn, headings, cloud)
-        else:
-            predict(key, step, odometry, row, noise, drawn, headings, cloud)
+    due = about[0, DUE]
+    if due > 0.0 and due * about[0, 8] + variances[2] < MOST_TURN_VARIANCE:
+        root = root_of(covariance_ahead(about, due, increment, variances))
+        predict_apart(key, step, increment, root, about, drawn, headings, cloud)
     else:
         predict(key, step, odometry, row, noise, drawn, headings, cloud)
-    if keeps_moments:
-        move_moments(about, increment, variances)
+    move_moments(about, increment, variances)
 
 
 @leaf_kernel

@@ -29,7 +29,7 @@ def wrapped(angle):
     return angle - 2.0 * math.pi * math.floor(angle * (0.5 / math.pi) + 0.5)
 
 
-@inline_kernel
+@leaf_kernel
 def face(mix, k, heading):
     """Set a component's heading, with its sine and cosine."""
     mix[k, HEADING] = wrapped(heading)
@@ -190,6 +190,11 @@ def merge(mix, n, most):
 @leaf_kernel
 def write_estimate(mix, n, out, row):
     """Mean and covariance of a mixture whose weights sum to 1, in the columns of an estimate."""
+    out[row, 9] = 1.0
+    if n == 1:
+        for column in range(9):
+            out[row, column] = mix[0, X + column]
+        return
     best = 0
     for k in range(1, n):
         if mix[k, WEIGHT] > mix[best, WEIGHT]:
@@ -214,4 +219,3 @@ def write_estimate(mix, n, out, row):
     out[row, 0], out[row, 1], out[row, 2] = x0 + mx, y0 + my, wrapped(h0 + mh)
     out[row, 3], out[row, 4], out[row, 5] = xx - mx * mx, xy - mx * my, yy - my * my
     out[row, 6], out[row, 7], out[row, 8] = xh - mx * mh, yh - my * mh, hh - mh * mh
-    out[row, 9] = 1.0

@@ -47,7 +47,9 @@ _DENSITY = 1.0 / math.sqrt(2.0 * math.pi)
 def exp_minus(x):
     """e^-x for 0 <= x <= 6, relative error below 1e-6."""
     y = x * -0.125
-    p = 1.0 + y * (1.0 + y * (1 / 2 + y * (1 / 6 + y * (1 / 24 + y * (1 / 120 + y * (1 / 720 + y / 5040))))))
+    p = 1.0 + y * (
+        1.0 + y * (1 / 2 + y * (1 / 6 + y * (1 / 24 + y * (1 / 120 + y * (1 / 720 + y * (1 / 5040 + y / 40320))))))
+    )
     p *= p
     p *= p
     return p * p
@@ -182,7 +184,7 @@ def look_at_read(mix, k, seen, shape, softness, chance_to_read, field, scratch, 
     """
     nodes, weights, chances = scratch
     table, per_cell, reach = field
-    u, v, h0, h1, hu, hv = seen
+    u, v = seen[0], seen[1]
     root = spread(mix, k, seen, found)
     l00, l10, l11 = root
     margin = HALF_BORDER * softness
@@ -206,7 +208,7 @@ def look_at_none(mix, k, seen, tags, n_tags, shape, softness, chance_to_read, fi
     """
     nodes, weights, chances = scratch
     table, per_cell, _ = field
-    u, v, h0, h1, hu, hv = seen
+    u, v, h0, h1, _, _ = seen
     root = spread(mix, k, seen, found)
     for axis in range(2):
         for i in range(N_GRID):

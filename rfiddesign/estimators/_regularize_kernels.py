@@ -22,7 +22,6 @@ from rfiddesign.numerics._math_kernels import binary_angle, sin_cos, sin_cos_64,
 from rfiddesign.numerics._noise_kernels import STREAM_PREDICT, key_halves, random_triple, standard_normal, step_key
 
 _F = np.float32
-_I = np.int32
 _U = np.uint32
 DUE = N_ESTIMATE
 N_ABOUT = N_ESTIMATE + 1
@@ -43,10 +42,10 @@ def is_concentrated(moments, row, most_variance):
 
 @leaf_kernel
 def bandwidth_due(moments, row, n_particles, rules):
-    """Squared bandwidth for particles that were drawn from a belief with these moments; `rules` of
-    `_mcl_kernels.update`.
+    """Squared bandwidth of the noise for particles drawn from a belief with these moments; 0: none.
 
     By the share of the particles that resampling lost: evidence that says little doubles few, and asks for no kernel.
+    `rules` as in `_mcl_kernels.update`.
     """
     if not is_concentrated(moments, row, rules[MOST_VARIANCE]):
         return 0.0

@@ -31,7 +31,7 @@ _LOWEST_LOG = _F(-80.0)
 _MOST_STAGES = 5
 # Effective share of the particles that a stage leaves.
 _KEPT_SHARE = 0.5
-# An exponent is found to a fiftieth or so; it is at least 1 / 2^20, which no likelihood is too sharp for.
+# An exponent is found to 1 / 2^6, or further to the first that is not too great; at 1 / 2^20 no likelihood is sharp.
 _HALVINGS, _MOST_HALVINGS = 6, 20
 _STILL = (0.0, 0.0, 0.0)
 # Columns of the rules, see `_mcl_kernels.update`.
@@ -63,7 +63,7 @@ def best_of(n_particles, cloud):
 
 @leaf_kernel
 def exponent_for(n_particles, size, cloud):
-    """About the greatest exponent below 1 that leaves an effective sample size of at least `size`."""
+    """About the greatest exponent below 1, and above 0, that leaves an effective sample size of at least `size`."""
     best = best_of(n_particles, cloud)
     low, high = 0.0, 1.0
     for halving in range(_MOST_HALVINGS):
@@ -74,7 +74,7 @@ def exponent_for(n_particles, size, cloud):
             low = middle
         else:
             high = middle
-    return low
+    return low if low > 0.0 else high
 
 
 @leaf_kernel

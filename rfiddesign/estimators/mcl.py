@@ -10,8 +10,18 @@ from rfiddesign.estimators import _mcl_kernels as kernels
 from rfiddesign.estimators import _particle_kernels as particle_kernels
 from rfiddesign.estimators import _regularize_kernels as regularize_kernels
 from rfiddesign.estimators import _scatter_kernels as scatter_kernels
-from rfiddesign.estimators._evidence_kernels import MOST_UNREAD
-from rfiddesign.estimators.operations import ANTENNA_THEN, EXP_32, LOG_32, NORMAL_32, SIN_COS_32, Load, tags_within
+from rfiddesign.estimators._evidence_kernels import MOST_REACHES, MOST_UNREAD, SIGMAS
+from rfiddesign.estimators.operations import (
+    ANTENNA_THEN,
+    EXP_32,
+    LOG_32,
+    NORMAL_32,
+    SIN_COS_32,
+    SIN_COS_64,
+    STEP_VARIANCES,
+    Load,
+    tags_within,
+)
 from rfiddesign.estimators.start import KnownStart, Start, UncertainStart, moments_of_start
 from rfiddesign.estimators.verbs import (
     N_ESTIMATE,
@@ -43,8 +53,11 @@ MAX_PARTICLES = 1_000_000
 KERNELS = Kernels(kernels.predict_step, kernels.update_step, kernels.track)
 
 # Floating-point operations per particle: `_mcl_kernels.predict` (three normals, two of sine and cosine, eq. 1),
-# `_estimate_kernels._sums` (weight, 13 sums), `resample`, and what `_evidence_kernels._extent` asks of the cloud.
-_PREDICT, _ESTIMATE, _RESAMPLE, _EXTENT = 3 * NORMAL_32 + 2 * SIN_COS_32 + 14, 28 + EXP_32, 2, 5
+# `_estimate_kernels._sums` (weight, 13 sums), `resample`, and what `_regularize_kernels.predict_apart` adds.
+_PREDICT, _ESTIMATE, _RESAMPLE, _APART = 3 * NORMAL_32 + 2 * SIN_COS_32 + 14, 28 + EXP_32, 2, 13
+# Of a step: `_regularize_kernels.move_moments`, and the root of what noise is due.  Of a poll that read nothing: where
+# its antenna may be; of a tag near there: its distance.
+_MOMENTS, _ROOT, _WHEREABOUTS, _NEAR = STEP_VARIANCES + 2 * SIN_COS_64 + 103, SIN_COS_64 + 80, SIN_COS_64 + 40, 5
 # Per particle and row: `weigh_by_distance` (alike in all directions, and not), `weigh_by_field`, `weigh_by_discs` (of
 # one circle, and what a second one adds), and the logarithm that the last takes of every eight factors.
 _BY_DISTANCE, _BY_ELLIPSE, _BY_FIELD, _BY_DISCS, _BY_RING, _PER_LOG = 16, 22, 21, 24, 8, LOG_32 + 1
@@ -159,10 +172,15 @@ def init(ready: Filter, start: Start, key: int) -> Belief:
 
 
 def flops_per_step(ready: Filter, load: Load) -> float:
-    """Floating-point operations per step, about; see `operations`."""
-    _, _, whitening, _, _, table, _, looks = ready.model
+    """Floating-point operations per step, about; see `operations`.
+
+    Tempering is not counted: while a robot is tracked it is for few steps (`_temper_kernels`).
+    """
+    _, _, whitening, _, rules, table, _, looks = ready.model
     uses_rssi, learns_from_nothing = looks[:2]
-    rows = load.reads + (_unread_rows(ready.settings.n_particles, looks[6], load) if learns_from_nothing else 0.0)
+    near = _tags_looked_at(looks[6], load) if learns_from_nothing else 0.0
+    silent = load.silent_polls if learns_from_nothing else 0.0
+    rows = load.reads + silent * near
     if table.shape[2] == 1:
         weigh = rows * (_BY_DISCS + _BY_RING * uses_rssi) + (rows // _ROWS_PER_LOG + 1) * _PER_LOG
     elif table.shape[1] > 0:
@@ -171,20 +189,19 @@ def flops_per_step(ready: Filter, load: Load) -> float:
         is_isotropic = bool((whitening[:, 0, 0] == whitening[:, 1, 1]).all() and (whitening[:, 0, 1] == 0).all())
         weigh = rows * (_BY_DISTANCE if is_isotropic else _BY_ELLIPSE)
     # Without evidence there is nothing to draw anew by.
-    resample = _RESAMPLE * (1.0 if learns_from_nothing else load.read_share)
-    per_particle = _PREDICT + weigh + _ESTIMATE + resample + (_EXTENT if learns_from_nothing else 0.0)
-    looked_at = load.reads + (load.silent_polls if learns_from_nothing else 0.0)
-    return ready.settings.n_particles * per_particle + looked_at * ANTENNA_THEN
+    has_evidence = 1.0 if learns_from_nothing else load.read_share
+    is_regularized = rules[regularize_kernels.BANDWIDTH] > 0.0
+    per_particle = _PREDICT + weigh + _ESTIMATE + has_evidence * (_RESAMPLE + _APART * is_regularized)
+    of_polls = load.reads * ANTENNA_THEN + silent * (ANTENNA_THEN + _WHEREABOUTS + near * _NEAR)
+    of_moments = (rules[4] > 0.0) * _MOMENTS + has_evidence * is_regularized * _ROOT
+    return float(ready.settings.n_particles * per_particle + of_polls + of_moments)
 
 
-def _unread_rows(n_particles: int, reach_mm: float, load: Load) -> float:
-    """Rows per step of tags that were in reach and not read, see `_evidence_kernels.gather_nothing_seen`."""
-    # The farthest of so many draws from a Gaussian.
-    farthest = math.sqrt(2.0 * math.log(n_particles)) * load.spread_mm
-    if farthest > 2.0 * reach_mm:
-        return 0.0
-    per_poll = tags_within(load, reach_mm + farthest)
-    return load.silent_polls * per_poll if per_poll <= MOST_UNREAD else 0.0
+def _tags_looked_at(reach_mm: float, load: Load) -> float:
+    """Tags near a poll that read nothing, see `_evidence_kernels.gather_nothing_seen`."""
+    far = reach_mm + SIGMAS * load.spread_mm
+    tags = tags_within(load, far)
+    return tags if far <= MOST_REACHES * reach_mm and tags <= MOST_UNREAD else 0.0
 
 
 def positions(ready: Filter, state: Belief) -> np.ndarray:

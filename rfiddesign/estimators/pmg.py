@@ -1,10 +1,12 @@
 """Projected-moment Gaussian filter (PMG): a few Gaussians over the pose that learn from every poll, read or not.
 
-The likelihood is that of `particle_filter`: the field of the antennas.  What a poll says depends on a tag's place in the
-antenna's frame, a plane; the moments of the belief there, after the poll, move a Gaussian over the pose as a
+The likelihood is that of `particle_filter`: the field of the antennas.  What a poll says depends on a tag's place in
+the antenna's frame, a plane; the moments of the belief there, after the poll, move a Gaussian over the pose as a
 measurement moves a Kalman filter (`_projection_kernels`).  Where a Gaussian is wide beside the field it is split, so
 that the mixture follows what no Gaussian is; components that became alike are merged (Runnalls 2007).  Told nothing, or
 carried away, the robot has 32 headings at the first tag that it reads, and evidence decides.
+
+`portable` has the same in C: what changes in a kernel changes there.
 """
 
 import math
@@ -59,9 +61,9 @@ _KNOWN = (1e-4, 1e-4, 1e-10)
 # A heading less certain than this is split into components this far apart at the start [rad].
 _WIDE_HEADING, _HEADING_STEP = 0.35, 2 * math.pi / hypotheses_kernels.N_HYPOTHESES
 
-# Floating-point operations of a component: `carry`, and its share of the estimate; of a poll: where its antenna was, and
-# where on the floor that is; of a tag beside it: its distance, and what `look_across` asks before it is done with a tag
-# whose border is far; of one whose border is near: the rest of that, and `learn`.
+# Floating-point operations of a component: `carry`, and its share of the estimate; of a poll: where its antenna was,
+# and where on the floor that is; of a tag beside it: its distance, and what `look_across` asks before it is done with a
+# tag whose border is far; of one whose border is near: the rest of that, and `learn`.
 _CARRY, _WRITE, _ANTENNA, _PLACE, _NEAR, _QUICK, _ACROSS = SIN_COS_64 + STEP_VARIANCES + 66, 36, 40, 30, 5, 60, 150
 
 
@@ -80,8 +82,8 @@ class Pmg:
     radius_tolerance : share by which the field may be larger or smaller than it is believed; blurs the border, too.
     read_probability : chance that a tag in the field is read, as the filter believes; at most 0.999.
     split_sigma : a Gaussian is split where it is wider than this, in radii of the field (half its lesser side).
-    gate : reads less likely than this under all components contradict the belief: they move it and do not sharpen it;
-        after two in a row the robot may be anywhere about the tag.
+    gate, patience : reads less likely than `gate` under all components contradict the belief; after `patience` of them
+        in a row the robot may as well be anywhere about the tag.
     is_age_compensated : as in `mcl.Mcl`.
     """
 
@@ -94,6 +96,7 @@ class Pmg:
     read_probability: float = 0.98
     split_sigma: float = 0.5
     gate: float = 2.1e-3
+    patience: int = 3
     is_age_compensated: bool = True
 
     def __post_init__(self) -> None:
@@ -104,6 +107,8 @@ class Pmg:
         require.within("read_probability", self.read_probability, low=0.01, high=0.999)
         require.within("split_sigma", self.split_sigma, low=0.05, high=100.0)
         require.within("gate", self.gate, low=0.0, high=0.5)
+        if not isinstance(self.patience, int) or not 1 <= self.patience <= 1_000_000:
+            raise ValueError(f"patience is {self.patience!r}, must be from 1 to 1,000,000")
 
 
 def build(settings: Pmg, robot: Robot, dt_s: float) -> Filter:
@@ -126,7 +131,7 @@ def build(settings: Pmg, robot: Robot, dt_s: float) -> Filter:
         (table, per_cell, reach if table.size else 0.0),
         (
             float(softness), float(settings.read_probability), settings.n_components, float(settings.split_sigma),
-            float(settings.gate), _size(robot.area), reach,
+            float(settings.gate), _size(robot.area), reach, settings.patience,
         ),
         (
             robot.reads.answers == "all", schedule.slots, schedule.phases, schedule.period, uses_rssi,
@@ -141,8 +146,9 @@ def _field(area: DetectionArea, radii_mm: tuple[float, ...], softness_mm: float)
 
     Returns
     -------
-    shapes (1 + n_rssi, 4): what lies within `corner` of a box of half sides, but beyond `inner`, of any read and of each
-    step of RSSI; table (n, m) of the chance to be in a field of any other shape, and 1 / side of its cells; reach [mm].
+    shapes (1 + n_rssi, 4): what lies within `corner` of a box of half sides, but beyond `inner`, for any read and for
+    each step of RSSI; table (n, m) of the chance to be in a field of any other shape, and 1 / side of its cells; reach
+    [mm].
     """
     none = np.zeros((0, 0))
     if isinstance(area, Disc):

@@ -15,7 +15,13 @@ Coordinate = Annotated[float, Field(ge=-1e6, le=1e6)]
 Point = Annotated[list[Coordinate], Field(min_length=2, max_length=2)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Runs = Annotated[int, Field(ge=1, le=100_000)]
-Analysis = Literal["hf_multireader", "navifloor", "smart_floor", "none"]
+Analysis = Literal["hf_multireader", "navifloor", "robustness", "smart_floor", "none"]
+Metrics = Annotated[list[Name], Field(min_length=1, max_length=20)]
+# Keys that tell some cases from others: dotted keys of the case and their values.
+Changes = dict[str, Any]
+# An estimator and a condition together name a row.
+NamePart = Annotated[str, Field(max_length=49, pattern=r"^[^\x00-\x1f\x7f]+$")]
+MAX_ROWS = 1000
 
 
 class RouteSection(Section):
@@ -75,9 +81,57 @@ class RowSection(Section):
 
     table: Name
     row: Name
-    metrics: Annotated[list[Name], Field(min_length=1, max_length=20)]
-    set: dict[str, Any] = Field({}, description="dotted keys of the case and their values")
+    metrics: Metrics
+    set: Changes = Field({}, description="dotted keys of the case and their values")
     runs: Runs | None = None
+
+
+class GridSection(Section):
+    """Rows written at once: in every table each estimator under each condition, as row "estimator condition".
+
+    The case of a row is the base with the keys of its table, its estimator and its condition on top, in this order.
+    """
+
+    metrics: Metrics
+    tables: Annotated[dict[Name, Changes], Field(min_length=1)]
+    estimators: Annotated[dict[NamePart, Changes], Field(min_length=1)]
+    conditions: Annotated[dict[NamePart, Changes], Field(min_length=1)]
+    only: dict[str, list[str]] = Field({}, description="conditions of an estimator; default: all")
+    runs: Runs | None = None
+
+    @model_validator(mode="after")
+    def _known_names(self) -> "GridSection":
+        for estimator, conditions in self.only.items():
+            for name, known in ((estimator, self.estimators), *((name, self.conditions) for name in conditions)):
+                if name not in known:
+                    raise ValueError(f"only names {name!r}, must be one of {', '.join(known)}")
+        return self
+
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        """Estimators with their conditions."""
+        return [
+            (estimator, condition)
+            for estimator in self.estimators
+            for condition in self.conditions
+            if condition in self.only.get(estimator, self.conditions)
+        ]
+
+    @property
+    def n_rows(self) -> int:
+        """How many rows that makes."""
+        return len(self.tables) * len(self.pairs)
+
+    def rows(self) -> list[RowSection]:
+        """The rows, table by table."""
+        return [
+            RowSection(
+                table=table, row=f"{estimator} {condition}", metrics=self.metrics, runs=self.runs,
+                set={**changes, **self.estimators[estimator], **self.conditions[condition]},
+            )
+            for table, changes in self.tables.items()
+            for estimator, condition in self.pairs
+        ]  # fmt: skip
 
 
 class AntennaSection(Section):
@@ -106,16 +160,24 @@ class ReproductionFile(Section):
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of its own, by name")
     antennas: dict[Name, AntennaSection] = Field({}, description="antennas that the catalog does not have")
     base: dict[str, Any] = Field({}, description="the case that every row starts from")
-    rows: Annotated[list[RowSection], Field(min_length=1, max_length=1000)]
+    rows: list[RowSection] = Field([])
+    grids: list[GridSection] = Field([], description="rows written at once; they come before those of `rows`")
 
     @model_validator(mode="after")
     def _distinct(self) -> "ReproductionFile":
-        seen = set()
-        for row in self.rows:
+        n_rows, seen = len(self.rows) + sum(grid.n_rows for grid in self.grids), set()
+        if not 1 <= n_rows <= MAX_ROWS:
+            raise ValueError(f"rows and grids make {n_rows:,} rows, must be from 1 to {MAX_ROWS:,}")
+        for row in self.with_grids().rows:
             if (row.table, row.row) in seen:
                 raise ValueError(f"rows names ({row.table}, {row.row}) twice")
             seen.add((row.table, row.row))
         return self
+
+    def with_grids(self) -> "ReproductionFile":
+        """The same file with the rows of its grids written out, before those given one by one."""
+        written = [row for grid in self.grids for row in grid.rows()]
+        return self.model_copy(update={"rows": [*written, *self.rows]})
 
 
 class ClaimSection(Section):

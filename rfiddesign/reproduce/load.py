@@ -61,9 +61,9 @@ def load_reproduction(name: str) -> Reproduction:
     folder = _folder_of(name)
     path = folder / FILE_NAME
     data = read_toml(path)
-    if "rows" not in data:
+    if not {"rows", "grids"} & data.keys():
         raise StudyError("is no reproduction (it has no rows); use `rfiddesign run`", file=path)
-    file = validate(ReproductionFile, data, path)
+    file = validate(ReproductionFile, data, path).with_grids()
     expected_path = folder / EXPECTED_NAME
     expected = validate(ExpectedFile, read_toml(expected_path), expected_path) if expected_path.exists() else None
     loaded = Reproduction(path, file, expected or ExpectedFile())

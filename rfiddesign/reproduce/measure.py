@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from rfiddesign.metrics import convergence_time, summarize
 from rfiddesign.reproduce.load import Case
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.run import Trace
@@ -32,7 +33,9 @@ def metrics_of(trace: Trace, case: Case) -> dict[str, float]:
     """Errors of a run: mean, maximum and variance of |x|, |y|, |theta| and of the distance, and root mean squares.
 
     `x_mm`, `y_mm`, `theta_rad`, `position_mm` are means over the steps that count, `*_max` and `*_var` the largest and
-    the variance; `rmse_mm` is that of the distance, `theta_rmse_deg` of the heading.  All are nan if no step counts.
+    the variance; `rmse_mm` is that of the distance, `theta_rmse_deg` of the heading.  Those of `SUMMARIES` are as
+    `metrics.RunMetrics` defines them, over the same steps; `converged_*_share` is 1 if the estimate converged within
+    that time of the filter's start, else 0.  All are nan if no step counts.
     """
     first = max(round(case.section.settle_s / trace.dt_s), 0) + 1
     off = trace.poses[first:] - trace.true_poses[first:]
@@ -53,11 +56,26 @@ def metrics_of(trace: Trace, case: Case) -> dict[str, float]:
     metrics |= {f"{name}_var": float(values.var()) for name, values in errors.items()}
     metrics["rmse_mm"] = float(np.sqrt((errors["position_mm"] ** 2).mean()))
     metrics["theta_rmse_deg"] = math.degrees(float(np.sqrt((turn**2).mean())))
-    return metrics
+    summary = summarize(errors["position_mm"], turn, trace.dt_s, 0)
+    metrics |= {name: factor * getattr(summary, field) for name, (field, factor) in SUMMARIES.items()}
+    converged_s = convergence_time(trace.position_error_mm, trace.heading_error_rad, trace.dt_s)
+    return metrics | {name: float(converged_s <= within_s) for name, within_s in CONVERGED.items()}
+
+
+# Metrics of `metrics.RunMetrics` by their names here: which, and how many of the unit here make one of its own.
+SUMMARIES = {
+    "position_mean_mm": ("position_mean_mm", 1.0),
+    "position_p95_mm": ("position_p95_mm", 1.0),
+    "heading_mean_mrad": ("heading_mean_rad", 1e3),
+    "lost_share": ("lost_share", 1.0),
+}
+CONVERGED = {"converged_1s_share": 1.0, "converged_6s_share": 6.0}
 
 
 METRICS = (
     *(f"{name}{part}" for part in ("", "_max", "_var") for name in ("x_mm", "y_mm", "theta_rad", "position_mm")),
     "rmse_mm",
     "theta_rmse_deg",
+    *SUMMARIES,
+    *CONVERGED,
 )

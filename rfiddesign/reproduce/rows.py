@@ -67,7 +67,9 @@ def unit_of(metric: str) -> str:
     """Unit of a metric, by the suffix of its name; a variance has the square of it."""
     name, power = (metric.removesuffix("_var"), "^2") if metric.endswith("_var") else (metric, "")
     name = name.removesuffix("_max")
-    for suffix, unit in (("_mm", "mm"), ("_rad", "rad"), ("_deg", "deg"), ("_m", "m")):
+    if name == "us_per_step":
+        return "us"
+    for suffix, unit in (("_mm", "mm"), ("_mrad", "mrad"), ("_rad", "rad"), ("_deg", "deg"), ("_m", "m")):
         if f"_{name}".endswith(suffix):
             return unit + power
     return "1"

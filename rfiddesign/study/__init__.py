@@ -1,6 +1,7 @@
 """Studies: read, checked, run and saved."""
 
 from rfiddesign.study.commands import check_study, coverage_of_study, evaluate_study
+from rfiddesign.study.export import export_estimator
 from rfiddesign.study.load import Study, load_study
 from rfiddesign.study.pipeline import Stage
 from rfiddesign.study.run_study import run_study
@@ -13,6 +14,7 @@ __all__ = [
     "check_study",
     "coverage_of_study",
     "evaluate_study",
+    "export_estimator",
     "load_study",
     "run_study",
     "run_variants",

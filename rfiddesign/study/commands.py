@@ -83,7 +83,7 @@ def evaluate_study(
 
     `with_gap` : how far the filter is from the exact one, too; `on_run` then counts the runs of both.
     """
-    design = _buildable_design(study)
+    design = buildable_design(study)
     floor = floor_of(study)
     check_tag_count(study, design.pattern, floor, "design.tags_per_m2")
     scenario = scenario_of(study, floor)
@@ -91,9 +91,10 @@ def evaluate_study(
     prices = {
         str(n): price_design(study, design, n_tags, Site(n, floor.area_m2)).total_cents for n in study.file.fleet.robots
     }
+    reference = reference_of(study.file, study.file.world, study.file.scenario.fastest_mm_per_s)
     evaluation = evaluate(
         design, scenario, n_runs, seed=study.file.seed, requirement=study.requirement, n_workers=n_workers,
-        on_run=on_run, compare_to_exact=with_gap, reference=reference_of(study.file, study.file.world, study.file.scenario.fastest_mm_per_s),
+        on_run=on_run, compare_to_exact=with_gap, reference=reference,
     )  # fmt: skip
     computing = computing_time(design, scenario, seed=study.file.seed)
     return _gap(evaluation.gap) | {
@@ -127,7 +128,7 @@ def _gap(found: Gap | None) -> dict[str, Any]:
 
 def coverage_of_study(study: Study) -> dict[str, Any]:
     """What the antennas of the study's design at hand see of its tags."""
-    design = _buildable_design(study)
+    design = buildable_design(study)
     aliased, corridors = blind_records(design)
     record = coverage_record(design, (*aliased, *corridors))
     return {
@@ -160,7 +161,8 @@ def _blind(found: Any) -> dict[str, Any]:
     }
 
 
-def _buildable_design(study: Study) -> Design:
+def buildable_design(study: Study) -> Design:
+    """The study's design at hand; StudyError if it cannot be built."""
     design = design_of(study)
     try:
         check_design(design, study.footprint)

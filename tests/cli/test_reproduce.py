@@ -82,7 +82,7 @@ def test_the_same_numbers_with_any_number_of_workers_and_from_any_folder(cli, sm
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["smal"], "reproduce: found neither smal/study.toml nor studies/smal/study.toml; known: hf-multireader-mcl, "),
+        (["smal"], "reproduce: found neither smal/study.toml nor studies/smal/study.toml; known: estimator-"),
         (["small", "--workers", "0"], "--workers: found 0, must be from 1 to 1,024"),
         (["small", "--quik"], "Unknown option: --quik"),
         (["studies"], "found neither studies/study.toml nor studies/studies/study.toml"),

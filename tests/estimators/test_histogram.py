@@ -192,8 +192,8 @@ def test_at_one_heading_it_equals_convolutions_on_a_fine_grid():
 FLOOR = rectangle_floor(6_000, 5_000, footprint_radius_mm=320)
 CROSS = Design(make_layout("cross-8"), antenna("60x60"), make_pattern("square", tags_per_m2=100))
 NAVIFLOOR = Design(CENTRED, antenna("navifloor"), make_pattern("square", pitch_mm=250))
-# Narrower than NaviFloor's start: from there the particle filter at first leaves out what was not read, and even
-# 100,000 particles lose places that they should keep.
+# Narrower than a start may be: from 40 mm and 10 degrees 100,000 particles err by 0.94 of what the cells do, by 0.90
+# without what was not read (4 drives of 8 s).
 OF_NAVIFLOOR = np.diag([20.0**2, 20.0**2, math.radians(4.0) ** 2])
 
 
@@ -251,12 +251,13 @@ def test_smaller_cells_change_little():
 
 
 @pytest.mark.slow
-def test_20_000_particles_are_within_a_tenth_of_the_exact_filter_and_500_are_no_better():
+def test_20_000_particles_and_500_are_within_a_tenth_of_the_exact_filter_and_no_better():
+    """Measured: 1.003 and 1.014."""
     motion = OmnidirectionalMotion()
     settings = [Histogram(motion)]
     settings += [ParticleFilter(motion, n, softness_mm=1.0, reinitialize=False) for n in (20_000, 500)]
     errors, _ = compared(CROSS, motion, settings, 5, 10.0)
-    assert errors[1] / errors[0] < 1.1
+    assert (errors[1:] / errors[0] < 1.1).all()
     assert errors[2] / errors[0] > 0.98
 
 

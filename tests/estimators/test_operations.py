@@ -78,6 +78,17 @@ def test_polls_without_a_read_cost_only_those_that_learn_from_them():
     assert flops(ParticleFilter(), vague) < flops(ParticleFilter(), BUSY)
 
 
+def test_the_particle_filter_pays_per_particle_for_setting_apart_and_per_tag_for_what_it_did_not_read():
+    """A particle set apart costs 13 more; a poll that read nothing one row for each tag within reach and 4 sigmas."""
+    plain, apart = ({"n_particles": n, "is_regularized": on} for n, on in ((100, False), (100, True)))
+    more = flops(ParticleFilter(**apart), BUSY) - flops(ParticleFilter(**plain), BUSY)
+    assert more == pytest.approx(100 * 13, rel=0.1)
+    # Rows by the logarithm of every eight of them, and a reach that the border's blur widens by some millimetres.
+    tags = BUSY.silent_polls * BUSY.tags_per_mm2 * np.pi * (30.0 + 4 * BUSY.spread_mm) ** 2
+    learns, not_ = (flops(ParticleFilter(n_particles=10_000, learns_from_nothing=on), BUSY) for on in (True, False))
+    assert 24 * tags < (learns - not_) / 10_000 < 50 * tags
+
+
 def test_cells_cost_by_their_number():
     small, large = (flops(Markov(n_cells=n), BUSY) for n in (51, 101))
     assert large / small == pytest.approx((101 / 51) ** 2, rel=0.1)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rfiddesign.evaluate import evaluate
 from rfiddesign.reproduce import load_reproduction
 from rfiddesign.reproduce.load import case_of
 from rfiddesign.reproduce.measure import METRICS, measure, metrics_of
@@ -37,6 +38,49 @@ def test_means_maxima_variances_and_root_mean_squares_by_hand(case):
         assert found[f"{name}_var"] == pytest.approx((values**2).sum() / 4 - (values.sum() / 4) ** 2)
     assert found["rmse_mm"] == pytest.approx(math.sqrt((25 + 100 + 0 + 169) / 4))
     assert found["theta_rmse_deg"] == pytest.approx(math.degrees(math.sqrt((0.01 + 0.09 + 0.04) / 4)))
+
+
+def test_summaries_are_those_of_a_run_and_headings_are_mrad(case):
+    off = OFF.copy()
+    off[4, 2] = 2 * math.pi - 0.1
+    trace = replace(TRACE, poses=TRUE + off)
+    found = metrics_of(trace, case)
+    assert found["position_mean_mm"] == pytest.approx((5 + 10 + 0 + 13) / 4)
+    assert found["position_p95_mm"] == pytest.approx(13.0)
+    assert found["heading_mean_mrad"] == pytest.approx(1e3 * (0.1 + 0.3 + 0 + 0.1) / 4)
+    # The second step is off by 0.3 rad.
+    assert found["lost_share"] == 0.25
+    settled, standing = (
+        metrics_of(trace, with_keys(case, **changes)) for changes in ({"settle_s": 1.0}, {"scores_standing_only": True})
+    )
+    assert (settled["position_mean_mm"], settled["lost_share"]) == (pytest.approx(6.5), 0.0)
+    assert (standing["position_mean_mm"], standing["lost_share"]) == (pytest.approx(10.0), 1.0)
+
+
+def test_summaries_agree_with_those_of_evaluate(case):
+    found = measure(case, 4, 3, 1, lambda: None)
+    runs = evaluate(case.design, case.scenario, 4, seed=3).runs
+    for name, field, factor in (
+        ("position_mean_mm", "position_mean_mm", 1), ("position_p95_mm", "position_p95_mm", 1),
+        ("heading_mean_mrad", "heading_mean_rad", 1e3), ("lost_share", "lost_share", 1),
+    ):  # fmt: skip
+        np.testing.assert_allclose(found[name], [factor * getattr(run, field) for run in runs], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("n_far", "shares"),
+    [(0, (1, 1)), (1, (1, 1)), (2, (0, 1)), (11, (0, 1)), (12, (0, 0)), (19, (0, 0))],
+)
+def test_a_run_converges_when_it_comes_near_and_stays_for_a_second(case, n_far, shares):
+    """Steps of half a second: after `n_far` of them the estimate is near; the last alone is no second."""
+    off = np.where(np.arange(20) < n_far, 500.0, 5.0)
+    poses = np.zeros((21, 3))
+    poses[1:, 0] = off
+    trace = Trace(0.5, np.zeros((21, 3)), poses, off, np.zeros(20))
+    # Whatever counts as an error, the clock runs from the start.
+    for settle_s in (0.0, 2.0):
+        found = metrics_of(trace, with_keys(case, settle_s=settle_s))
+        assert (found["converged_1s_share"], found["converged_6s_share"]) == shares
 
 
 def test_errors_count_from_the_time_to_settle(case):

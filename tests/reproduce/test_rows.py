@@ -35,6 +35,8 @@ def test_runs_without_a_value_do_not_count():
         ("theta_rad_var", "rad^2"), ("theta_rmse_deg", "deg"), ("rmse_mm", "mm"), ("mm", "mm"), ("way_m", "m"),
         ("share_of_seeds", "1"), ("chance", "1"), ("rms_ln_ratio", "1"), ("x_mm_over_reinitialized", "1"),
         ("wins_from_sigma_per_radius", "1"), ("best_ratio", "1"),
+        ("heading_mean_mrad", "mrad"), ("us_per_step", "us"), ("us_ratio", "1"), ("lost_share", "1"),
+        ("converged_1s_share", "1"), ("position_p95_mm", "mm"),
     ],
 )  # fmt: skip
 def test_the_unit_is_told_by_the_name(metric, unit):

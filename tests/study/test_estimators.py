@@ -1,6 +1,7 @@
 """From a study's words to the estimator on its robots, and to what is true of their odometry and readers."""
 
 import math
+from dataclasses import replace
 from typing import get_args
 
 import pytest
@@ -73,6 +74,8 @@ def test_every_estimator_localizes_the_tiny_study_s_robots(tiny, name):
     [
         ("mcl", ("mcl.beta=0.5", "mcl.sigma_per_radius=2.0"), {"n_particles": 60, "reinitialize": True}),
         ("particle_filter", ("uses_rssi=off", "softness_mm=7.0"), {"uses_rssi": False, "softness_mm": 7.0}),
+        ("particle_filter", ("is_regularized=off",), {"is_regularized": False, "is_tempered": True}),
+        ("particle_filter", ("is_tempered=no",), {"is_regularized": True, "is_tempered": False}),
         ("quantized_ekf", ("read_noise_mm=9.0", "pushes_out=on"), {"kind": "quantized", "read_noise_mm": 9.0}),
         ("constrained_ekf", ("patience=0",), {"kind": "constrained", "patience": 0}),
         ("markov", ("n_cells=51", "corrects_heading=off"), {"n_cells": 51, "corrects_heading": False}),
@@ -195,10 +198,33 @@ def test_faults_reads_and_their_delays_reach_the_scenario(tiny):
     assert not scenario.is_delay_known
 
 
+FIELD_FILTERS = ("pmg", "particle_filter", "histogram")
+
+
 @pytest.mark.parametrize("name", NAMES)
-def test_no_estimator_knows_of_dead_tags_or_of_fields_of_another_size(tiny, name):
+def test_filters_by_the_field_are_told_how_wrong_the_world_may_be_and_no_others(tiny, name):
+    """By the size of what is wrong: tolerances of their likelihood, not the truth itself."""
     chosen = f"estimator={name}"
-    assert settings_with(tiny, chosen, "dead_share=0.2", "field_scale=0.8") == settings_with(tiny, chosen)
+    usual = settings_with(tiny, chosen)
+    told = settings_with(tiny, chosen, "dead_share=0.2", "field_scale=0.8")
+    if name not in FIELD_FILTERS:
+        assert told == usual
+        return
+    assert told.radius_tolerance == pytest.approx(0.2)
+    assert told.read_probability == pytest.approx(0.8 * 0.98, rel=0.03)
+    assert replace(told, radius_tolerance=0.0, read_probability=usual.read_probability) == usual
+
+
+@pytest.mark.parametrize("name", FIELD_FILTERS)
+def test_late_reads_blur_the_border_by_the_way_within_the_delay_unless_the_filter_is_told(tiny, name):
+    fastest = load_study(tiny).file.scenario.fastest_mm_per_s
+    late = ("delay_s=0.02", "installation_error_mm=4")
+    softness = math.hypot(1.0, 4.0, 0.02 * fastest)
+    assert settings_with(tiny, f"estimator={name}", *late).softness_mm == pytest.approx(softness)
+    told = scenario_with(tiny, f"estimator={name}", *late, "is_delay_known=true")
+    assert told.estimator.softness_mm == pytest.approx(math.hypot(1.0, 4.0))
+    assert told.is_delay_known
+    assert settings_with(tiny, f"estimator={name}", *late, "softness_mm=3").softness_mm == 3.0
 
 
 @pytest.mark.parametrize(

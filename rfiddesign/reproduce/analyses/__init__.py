@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from matplotlib.figure import Figure
 
-from rfiddesign.reproduce.analyses import hf_multireader, navifloor, smart_floor
+from rfiddesign.reproduce.analyses import hf_multireader, navifloor, robustness, smart_floor
 from rfiddesign.reproduce.context import Context
 from rfiddesign.reproduce.rows import Row
 
@@ -17,5 +17,6 @@ ANALYSES: dict[str, Callable[[Context], tuple[list[Row], dict[str, Figure]]]] = 
     "none": _nothing,
     "hf_multireader": hf_multireader.analyse,
     "navifloor": navifloor.analyse,
+    "robustness": robustness.analyse,
     "smart_floor": smart_floor.analyse,
 }

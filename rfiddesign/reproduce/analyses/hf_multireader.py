@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from rfiddesign.evaluate import ratio_of_means
 from rfiddesign.report.figures.style import CYCLE, MARKERS, new_figure, styled
 from rfiddesign.reproduce.context import Context
 from rfiddesign.reproduce.rows import Row, row_of
@@ -57,10 +58,8 @@ def _by_sigma(context: Context, system: str, table: str) -> np.ndarray:
             )["position_mm"]
             for kind in ("Gaussian", "Combination")
         )  # fmt: skip
-        ratio = combination.mean() / gaussian.mean()
-        # Runs are paired: the error of a ratio of means from its residuals.
-        residuals = (combination - ratio * gaussian) / gaussian.mean()
-        points.append((sigma, ratio, residuals.std(ddof=1) / np.sqrt(n_runs)))
+        ratio = ratio_of_means(combination, gaussian)
+        points.append((sigma, ratio.mean, ratio.stderr))
     return np.array(points)
 
 
