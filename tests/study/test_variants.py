@@ -1,6 +1,7 @@
 """Variants of a study: each is the study that --set would make, and a fault in one is a line that names it."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -164,3 +165,14 @@ def test_a_variant_is_found_by_its_name(with_variants):
 def test_two_hundred_variants_are_read(with_variants):
     text = "".join(entry(f"v{i}", set=f"{{ seed = {i} }}") for i in range(200))
     assert [variant.study.file.seed for variant in load_study(with_variants(text)).variants] == list(range(200))
+
+
+def test_the_study_of_savings_asks_every_filter_both_ways():
+    """Of the repository: each group in a world as believed, and in one with all mismatches."""
+    study = load_study(Path(__file__).parents[2] / "studies" / "estimator-savings")
+    groups = {(variant.section.group, variant.section.condition) for variant in study.variants}
+    assert len(groups) == len(study.variants) == 12
+    assert {condition for _, condition in groups} == {"matched", "all mismatches"}
+    wrong = next(v for v in study.variants if (v.section.group, v.section.condition) == ("pmg", "all mismatches"))
+    assert wrong.study.file.estimator == "pmg"
+    assert wrong.study.file.world.dead_share == 0.05
