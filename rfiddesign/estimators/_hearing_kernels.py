@@ -69,6 +69,36 @@ def hear(antenna, tag_x, tag_y, shape, field, tuned, mix, numbers, scratch):
 
 
 @inline_kernel
+def _tags_about(at_x, at_y, far, a, first, last, read_antenna, read_tags, tags, near):
+    """Tags within `far` of a place that antenna a did not read in rows first..last-1.
+
+    The first of them go to `near`; returns how many there are, or enough to know that there are too many.
+    """
+    tag_x, tag_y, cell_start, per_cell, x0, y0, n_x, n_y = tags
+    column, line, span = (at_x - x0) * per_cell, (at_y - y0) * per_cell, far * per_cell + 1e-6
+    first_i, last_i = max(math.floor(column - span), 0), min(math.floor(column + span), n_x - 1)
+    first_j, last_j = max(math.floor(line - span), 0), min(math.floor(line + span), n_y - 1)
+    n_near = 0
+    for j in range(first_j, last_j + 1):
+        if first_i > last_i or n_near > MOST_NEAR:
+            break
+        for tag in range(cell_start[j * n_x + first_i], cell_start[j * n_x + last_i + 1]):
+            dx, dy = tag_x[tag] - at_x, tag_y[tag] - at_y
+            if dx * dx + dy * dy > far * far:
+                continue
+            is_read = False
+            for row in range(first, last):
+                is_same = read_tags[row, 0] == tag_x[tag] and read_tags[row, 1] == tag_y[tag]
+                is_read = is_read or (read_antenna[row] == a and is_same)
+            if is_read:
+                continue
+            if n_near < MOST_NEAR:
+                near[n_near, 0], near[n_near, 1] = tag_x[tag], tag_y[tag]
+            n_near += 1
+    return n_near
+
+
+@inline_kernel
 def hear_nothing(
     a, antenna, first, last, read_antenna, read_tags, shape, field, reach, tuned, tags, mix, numbers, scratch
 ):
@@ -76,7 +106,6 @@ def hear_nothing(
     soft, chance_to_read, split_sigma, _, size, n_most, _ = tuned
     grid, product, found, near = scratch
     is_table = field[0].shape[0] > 0
-    tag_x, tag_y, cell_start, per_cell, x0, y0, n_x, n_y = tags
     x, y, _, _ = antenna
     n, k = numbers[N], 0
     total = 0.0
@@ -90,25 +119,7 @@ def hear_nothing(
         n_near = 0
         if sigma < _VAGUE * reach:
             far = reach + HALF_BORDER * soft + HALF_GRID * sigma
-            column, line, span = (at_x - x0) * per_cell, (at_y - y0) * per_cell, far * per_cell + 1e-6
-            first_i, last_i = max(math.floor(column - span), 0), min(math.floor(column + span), n_x - 1)
-            first_j, last_j = max(math.floor(line - span), 0), min(math.floor(line + span), n_y - 1)
-            for j in range(first_j, last_j + 1):
-                if first_i > last_i:
-                    break
-                for tag in range(cell_start[j * n_x + first_i], cell_start[j * n_x + last_i + 1]):
-                    dx, dy = tag_x[tag] - at_x, tag_y[tag] - at_y
-                    if dx * dx + dy * dy > far * far:
-                        continue
-                    is_read = False
-                    for row in range(first, last):
-                        is_same = read_tags[row, 0] == tag_x[tag] and read_tags[row, 1] == tag_y[tag]
-                        is_read = is_read or (read_antenna[row] == a and is_same)
-                    if is_read:
-                        continue
-                    if n_near < MOST_NEAR:
-                        near[n_near, 0], near[n_near, 1] = tag_x[tag], tag_y[tag]
-                    n_near += 1
+            n_near = _tags_about(at_x, at_y, far, a, first, last, read_antenna, read_tags, tags, near)
         if n_near == 0 or n_near > MOST_NEAR:
             total += mix[k, WEIGHT]
             k += 1

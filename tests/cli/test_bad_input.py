@@ -196,7 +196,7 @@ def test_a_folder_without_write_permission_is_refused(cli, tiny):
         (["--set", "start=lost"], "scenario.start: found 'lost'; input should be 'known' or 'unknown'"),
         (
             ["--set", "estimator=kalman"],
-            "study.toml: estimator: found 'kalman'; input should be 'mcl', 'particle_filter'",
+            "study.toml: estimator: found 'kalman'; input should be 'mcl', 'pmg', 'particle_filter'",
         ),
         (
             ["--set", "reader=mine"],
