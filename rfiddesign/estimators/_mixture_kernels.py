@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from rfiddesign.estimators._pose_gaussian_kernels import wrapped
 from rfiddesign.models._motion_kernels import step_variances
 from rfiddesign.numerics._compile_kernels import inline_kernel, leaf_kernel
 from rfiddesign.numerics._math_kernels import log_32, sin_cos_64
@@ -19,14 +20,6 @@ _LEAST_PLACE, _LEAST_HEADING = 1e-6, 1e-12
 _SMALL_TURN = 0.05
 # Two components merge if that loses less than this of the mixture (Runnalls 2007, eq. 16); less weight is dropped.
 _MERGE_COST, _LEAST_WEIGHT = 1e-3, 1e-5
-
-
-@inline_kernel
-def wrapped(angle):
-    """The angle in [-pi, pi]; one that is there already stays as it is."""
-    if abs(angle) <= math.pi:
-        return angle
-    return angle - 2.0 * math.pi * math.floor(angle * (0.5 / math.pi) + 0.5)
 
 
 @leaf_kernel
