@@ -31,11 +31,21 @@ from rfiddesign.geometry.patterns import (
 )
 from rfiddesign.geometry.polygon_area import PolygonArea
 from rfiddesign.geometry.probability_map import ProbabilityMap
+from rfiddesign.geometry.route_coverage import coverage_along
+from rfiddesign.geometry.route_patterns import (
+    ON_ROUTES,
+    OnRoutesPattern,
+    PlacedPattern,
+    on_routes,
+    pattern_beneath,
+    tagged_mm2,
+)
 from rfiddesign.geometry.se2 import between, compose, inverse, to_local, transform_points, wrap_angle
 
 __all__ = [
     "LAYOUTS",
     "LAYOUT_KINDS",
+    "ON_ROUTES",
     "PATTERN_KINDS",
     "Aliasing",
     "Coverage",
@@ -46,6 +56,8 @@ __all__ = [
     "Lattice",
     "LatticePattern",
     "ListedPattern",
+    "OnRoutesPattern",
+    "PlacedPattern",
     "PolygonArea",
     "ProbabilityMap",
     "RandomPattern",
@@ -64,6 +76,7 @@ __all__ = [
     "check_layout",
     "compose",
     "coverage",
+    "coverage_along",
     "coverage_by_heading",
     "cross",
     "displaced",
@@ -73,9 +86,12 @@ __all__ = [
     "listed",
     "make_layout",
     "make_pattern",
+    "on_routes",
+    "pattern_beneath",
     "ring",
     "single",
     "sphere_floor_disc",
+    "tagged_mm2",
     "to_local",
     "transform_points",
     "wrap_angle",
