@@ -31,11 +31,13 @@ from rfiddesign.geometry.patterns import (
 )
 from rfiddesign.geometry.polygon_area import PolygonArea
 from rfiddesign.geometry.probability_map import ProbabilityMap
-from rfiddesign.geometry.route_coverage import coverage_along
+from rfiddesign.geometry.route_coverage import coverage_along, coverage_on_way
 from rfiddesign.geometry.route_patterns import (
     ON_ROUTES,
     OnRoutesPattern,
     PlacedPattern,
+    PlannedPattern,
+    RouteStrip,
     on_routes,
     pattern_beneath,
     tagged_mm2,
@@ -58,6 +60,7 @@ __all__ = [
     "ListedPattern",
     "OnRoutesPattern",
     "PlacedPattern",
+    "PlannedPattern",
     "PolygonArea",
     "ProbabilityMap",
     "RandomPattern",
@@ -65,6 +68,7 @@ __all__ = [
     "Rectangle",
     "Ring",
     "RoundedRectangle",
+    "RouteStrip",
     "TagPattern",
     "ThinnedPattern",
     "aliased_headings",
@@ -78,6 +82,7 @@ __all__ = [
     "coverage",
     "coverage_along",
     "coverage_by_heading",
+    "coverage_on_way",
     "cross",
     "displaced",
     "grid",

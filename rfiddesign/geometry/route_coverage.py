@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from rfiddesign.geometry.areas import DetectionArea
-from rfiddesign.geometry.coverage import Coverage
+from rfiddesign.geometry.coverage import Coverage, coverage
 from rfiddesign.geometry.layouts import ReaderLayout
+from rfiddesign.geometry.patterns import TagPattern
+from rfiddesign.geometry.route_patterns import PlacedPattern, RouteStrip, pattern_beneath
 from rfiddesign.geometry.sampled_coverage import spread, view_levels
 
 N_POSES = 8192
@@ -18,13 +20,18 @@ N_BATCHES = 16
 SEED = 20_261_128
 
 
+def coverage_on_way(layout: ReaderLayout, area: DetectionArea, pattern: TagPattern) -> Coverage:
+    """Return what antennas see of a pattern where robots drive: anywhere, or along the routes that its tags lie on."""
+    if isinstance(pattern, PlacedPattern):
+        return coverage_along(layout, area, pattern.points_mm, pattern.strip)
+    return coverage(layout, area, pattern_beneath(pattern))
+
+
 def coverage_along(
     layout: ReaderLayout,
     area: DetectionArea,
     tags_mm: NDArray[np.float64],
-    routes_mm: Sequence[NDArray[np.float64]],
-    lateral_mm: float,
-    yaw_rad: float,
+    strip: RouteStrip,
     *,
     k_max: int = 3,
 ) -> Coverage:
@@ -33,20 +40,22 @@ def coverage_along(
     Parameters
     ----------
     tags_mm : (n, 2) tags [mm].
-    routes_mm : polylines (k, 2) [mm]; robots face along them, in either direction.
-    lateral_mm, yaw_rad : deviations from the routes up to which each is equally likely, to either side.
+    strip : the routes; robots face along them, in either direction, and deviations up to their bounds are equally
+        likely.
 
     Raises
     ------
     ValueError : if there is no tag or no route.
     """
-    if len(tags_mm) == 0 or len(routes_mm) == 0:
+    if len(tags_mm) == 0 or len(strip.routes_mm) == 0:
         raise ValueError("tags_mm, routes_mm: must be at least one tag and one route")
     tree = cKDTree(tags_mm)
     rng = np.random.Generator(np.random.PCG64(SEED))
     batches = np.array(
         [
-            view_levels(layout, area, tree, poses_along(routes_mm, _shares(rng), lateral_mm, yaw_rad), k_max)
+            view_levels(
+                layout, area, tree, poses_along(strip.routes_mm, _shares(rng), strip.lateral_mm, strip.yaw_rad), k_max
+            )
             for _ in range(N_BATCHES)
         ]
     )

@@ -1,5 +1,6 @@
 """Tag patterns of floors on which robots drive along routes: tags lie on the routes alone."""
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -20,17 +21,34 @@ PLACED = "routes"
 
 
 @dataclass(frozen=True, eq=False)
+class RouteStrip:
+    """The strip of floor along routes that robots sweep, and how they drive there.
+
+    Parameters
+    ----------
+    swath : the strip [mm].
+    routes_mm : the routes, polylines (k, 2) [mm].
+    lateral_mm, yaw_rad : deviations of robots from their routes, to either side.
+    """
+
+    swath: BaseGeometry = field(repr=False)
+    routes_mm: tuple[NDArray[np.float64], ...] = field(repr=False)
+    lateral_mm: float
+    yaw_rad: float
+
+
+@dataclass(frozen=True, eq=False)
 class OnRoutesPattern:
     """A pattern of which only the tags on the strip along routes are laid.
 
     Parameters
     ----------
     base : the pattern, as it would fill the whole floor.
-    swath : the strip [mm].
+    strip : the strip.
     """
 
     base: TagPattern
-    swath: BaseGeometry = field(repr=False)
+    strip: RouteStrip
 
     @property
     def name(self) -> str:
@@ -51,7 +69,7 @@ class OnRoutesPattern:
         return self.base.min_distance_mm
 
     def lay(self, region: BaseGeometry) -> NDArray[np.float64]:
-        return self.base.lay(self.swath.intersection(region))
+        return self.base.lay(self.strip.swath.intersection(region))
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +80,7 @@ class PlacedPattern:
     ----------
     points_mm : where they are (n, 2) [mm].
     distance_mm : the driven distance [mm] within which they were placed to be read.
-    swath : the strip along the routes, which is tagged [mm].
+    strip : the strip along the routes, which is tagged.
 
     Raises
     ------
@@ -71,7 +89,7 @@ class PlacedPattern:
 
     points_mm: NDArray[np.float64] = field(repr=False)
     distance_mm: float
-    swath: BaseGeometry = field(repr=False)
+    strip: RouteStrip
 
     lattice = None
 
@@ -90,7 +108,7 @@ class PlacedPattern:
     @property
     def tags_per_m2(self) -> float:
         """Tags per square metre of the strip."""
-        return MM2_PER_M2 * len(self.points_mm) / self.swath.area
+        return MM2_PER_M2 * len(self.points_mm) / self.strip.swath.area
 
     @cached_property
     def min_distance_mm(self) -> float:
@@ -100,11 +118,33 @@ class PlacedPattern:
         return self._listed.lay(region)
 
 
-def on_routes(kind: str, tags_per_m2: float, seed: int, swath: BaseGeometry) -> OnRoutesPattern:
+@dataclass(frozen=True)
+class PlannedPattern:
+    """Stands for tags that are yet to be placed along routes for each layout and antenna, see `PlacedPattern`."""
+
+    distance_mm: float
+
+    lattice = None
+    tags_per_m2 = math.nan
+    # Whoever places them keeps the distance that the readers ask for.
+    min_distance_mm = math.inf
+
+    def __post_init__(self) -> None:
+        require.positive("distance_mm", self.distance_mm)
+
+    @property
+    def name(self) -> str:
+        return f"{PLACED}-{self.distance_mm:g}"
+
+    def lay(self, region: BaseGeometry) -> NDArray[np.float64]:
+        raise ValueError(f"pattern {self.name}: its tags must be placed for a layout and an antenna first")
+
+
+def on_routes(kind: str, tags_per_m2: float, seed: int, strip: RouteStrip) -> OnRoutesPattern:
     """Build a pattern of `ON_ROUTES` with a density on the strip along routes."""
     if kind not in ON_ROUTES:
         raise ValueError(f"pattern = {kind!r}: must be one of {', '.join(ON_ROUTES)}")
-    return OnRoutesPattern(make_pattern(ON_ROUTES[kind], tags_per_m2=tags_per_m2, seed=seed), swath)
+    return OnRoutesPattern(make_pattern(ON_ROUTES[kind], tags_per_m2=tags_per_m2, seed=seed), strip)
 
 
 def pattern_beneath(pattern: TagPattern) -> TagPattern:
@@ -114,4 +154,4 @@ def pattern_beneath(pattern: TagPattern) -> TagPattern:
 
 def tagged_mm2(pattern: TagPattern, floor_mm2: float) -> float:
     """Area [mm^2] that a pattern has tagged: the strip along routes, or the whole floor."""
-    return pattern.swath.area if isinstance(pattern, OnRoutesPattern | PlacedPattern) else floor_mm2
+    return pattern.strip.swath.area if isinstance(pattern, OnRoutesPattern | PlacedPattern) else floor_mm2
