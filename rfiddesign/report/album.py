@@ -17,9 +17,11 @@ from rfiddesign.report.figures import (
     error_curves_figure,
     fronts_figure,
     layout_figure,
+    routes_figure,
     tags_figure,
 )
 from rfiddesign.report.figures.place import standing_place
+from rfiddesign.report.routes import place_on_route
 from rfiddesign.report.words import count, in_unit, limit_of, plotted_metric
 
 
@@ -63,6 +65,11 @@ def pictures(contents: Contents) -> Iterator[Picture]:
 def _design_pictures(contents: Contents, answer: Answer, whose: str) -> Iterator[Picture]:
     chosen, tags = answer.chosen, answer.tags_mm
     place = standing_place(contents.plan.navigable)
+    if contents.routes is not None:
+        network = contents.routes.network
+        place = place_on_route(network, place)
+        figure = routes_figure(contents.plan.drivable, network, tags, chosen, place)
+        yield Picture("routes", f"routes-{answer.key}", f"{whose}routes, stations and tags.", figure)
     figure = layout_figure(chosen, tags - np.array(place))
     yield Picture("layout", f"layout-{answer.key}", f"{whose}{chosen.layout}, seen from above.", figure)
     figure = tags_figure(contents.plan.drivable, tags, chosen, place)
@@ -75,7 +82,8 @@ def _design_pictures(contents: Contents, answer: Answer, whose: str) -> Iterator
         yield Picture(
             "coverage", f"coverage-{answer.key}", f"{whose}readers that see a tag, by the robot's place.", figure
         )
-        yield Picture(
+        if coverage.drives:
+            yield Picture(
             "drives", f"blind-distance-{answer.key}", f"{whose}distance driven without a read.", drives_figure(coverage)
         )
     if answer.traces:

@@ -11,6 +11,7 @@ from rfiddesign.report.certificate import headline, how_tested, not_promised, pr
 from rfiddesign.report.contents import Answer, Contents, read_contents
 from rfiddesign.report.fleets import fleet_sentences
 from rfiddesign.report.markup import Drawn, drawn_into, filled, style
+from rfiddesign.report.routes import routes_part
 from rfiddesign.report.words import count, percent, requirement_words
 from rfiddesign.results.folder import COST, FIGURES, REPORT, write_text
 from rfiddesign.units import flops, money
@@ -80,6 +81,7 @@ def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
         requirement=requirement_words(result.requirement),
         answers=[_answer_part(contents, answer) for answer in contents.answers],
         drawn=drawn,
+        routes=routes_part(contents),
         comparison=tables.comparison_table(contents) if len(contents.answers) > 1 else None,
         fleet_sentences=fleet_sentences(contents),
         fronts=tables.front_table(result),

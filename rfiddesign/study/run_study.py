@@ -35,6 +35,7 @@ from rfiddesign.study.pipeline import (
     study_hash,
     test_plan,
 )
+from rfiddesign.study.routes_document import RoutesFound, save_routes, search_other_kinds
 from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.storage import RunTable
 
@@ -80,6 +81,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         n_before = runs.n_stored
         try:
             answers = _search(study, candidates, costs, runs, on_stage)
+            others = search_other_kinds(study, candidates, answers, runs, on_stage)
         finally:
             runs.save()
         on_stage(Stage("saving"))
@@ -99,6 +101,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         ]
         files.write_record(out / files.TRACES, Traces(traces=traces_record(traces)))
         _save_plan(out, floor)
+        save_routes(out, RoutesFound(study, floor, candidates, answers, others), on_stage)
         _save_computing(out, findings)
         files.write_record(out / files.RESULT, result)
         session = Session(workers, time.perf_counter() - begin, runs.n_simulated, n_before)
