@@ -84,8 +84,11 @@ def _design_pictures(contents: Contents, answer: Answer, whose: str) -> Iterator
         )
         if coverage.drives:
             yield Picture(
-            "drives", f"blind-distance-{answer.key}", f"{whose}distance driven without a read.", drives_figure(coverage)
-        )
+                "drives",
+                f"blind-distance-{answer.key}",
+                f"{whose}distance driven without a read.",
+                drives_figure(coverage),
+            )
     if answer.traces:
         figure = error_curves_figure(answer.traces, contents.result.requirement)
         yield Picture(

@@ -73,7 +73,16 @@ def _cheapest_table(routes: RoutesRecord, currency: str) -> Table:
                 f"{record.winner.n_passed:,} of {record.winner.n_runs:,}", how,
             )
         )  # fmt: skip
-    headers = ("Fleet", "Tags on", "Cheapest certified design", "Price", "Tags", "Tagged m²", "Drives passed", "Found by")
+    headers = (
+        "Fleet",
+        "Tags on",
+        "Cheapest certified design",
+        "Price",
+        "Tags",
+        "Tagged m²",
+        "Drives passed",
+        "Found by",
+    )
     return Table(headers, tuple(rows), numeric=(3, 4, 5, 6))
 
 
@@ -91,8 +100,9 @@ def _saving(floor: CheapestRecord, routes: CheapestRecord, currency: str) -> str
     more = "less" if saved >= 0 else "more"
     return (
         f"{count(floor.n_robots, 'robot')}: with tags on routes alone the installation costs"
-        f" {money(abs(saved), currency)} {more} than with tags on the whole floor ({percent(abs(saved) / floor.winner.cost_cents)})."
-        " Each of the two is certified by a search of its own; robots that leave the routes find tags only on the latter."
+        f" {money(abs(saved), currency)} {more} than with tags on the whole floor"
+        f" ({percent(abs(saved) / floor.winner.cost_cents)}). Each of the two is certified by a search of its own;"
+        " robots that leave the routes find tags only on the latter."
     )
 
 
@@ -123,10 +133,10 @@ def _placement_words(placement: PlacementRecord, currency: str) -> tuple[str, ..
     spare = count(placement.n_spare, "tag") + " dead" if placement.n_spare else "all tags alive"
     drive = placement.drive
     words = [
-        f"Promised by geometry: wherever on the routes a robot is, it reads a tag within {placement.distance_mm:g} mm of"
-        f" way, with any {spare}; the windows that no tags can serve are excepted.",
-        f"The check drove {drive.driven_m:,.0f} m in {count(drive.n_drives, 'drive')} over the tags as laid and knows no"
-        " windows; a way without a read is known to one step of 4 mm.",
+        f"Promised by geometry: wherever on the routes a robot is, it reads a tag within {placement.distance_mm:g} mm"
+        f" of way, with any {spare}; the windows that no tags can serve are excepted.",
+        f"The check drove {drive.driven_m:,.0f} m in {count(drive.n_drives, 'drive')} over the tags as laid and knows"
+        " no windows; a way without a read is known to one step of 4 mm.",
     ]
     if placement.n_tags_in_lines is not None:
         more = placement.n_tags_in_lines - placement.n_tags

@@ -31,9 +31,7 @@ def network_of(file: StudyFile, path: Path, floor: Floor) -> RouteNetwork:
     rules = NetworkRules(
         section.cell_mm, section.lateral_mm, BundleRules(clearance_mm=section.clearance_mm, joins=section.joins)
     )
-    return checked(
-        path, key, lambda: _network(floor, stations, file.robot.footprint_radius_mm, rules, seed=file.seed)
-    )
+    return checked(path, key, lambda: _network(floor, stations, file.robot.footprint_radius_mm, rules, seed=file.seed))
 
 
 def strip_of(file: StudyFile, path: Path, floor: Floor) -> RouteStrip:

@@ -46,7 +46,9 @@ def routes_figure(
     plan.scatter(*stations.T, s=34, c=BLUE, edgecolors="white", linewidths=0.8, zorder=5, label="station")
     for number, (x, y) in enumerate(stations.tolist(), start=1):
         plan.annotate(str(number), (x, y), (3.5, 3.0), textcoords="offset points", fontsize=7.5, color=BLUE, zorder=6)
-    plan.set_title(f"{network.length_m:,.0f} m of routes between {len(stations)} stations, {len(tags_m):,} tags", loc="left")
+    plan.set_title(
+        f"{network.length_m:,.0f} m of routes between {len(stations)} stations, {len(tags_m):,} tags", loc="left"
+    )
     x, y = place_mm[0] / 1e3, place_mm[1] / 1e3
     window = window_about(x, y, *CLOSE_UP_M)
     near = inside(tags_m, window)
