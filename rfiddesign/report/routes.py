@@ -54,7 +54,7 @@ def _network_words(network: NetworkRecord) -> str:
         f"Robots drive between {count(network.n_stations, 'station')} along {network.length_m:,.0f} m of routes, up to"
         f" {network.lateral_mm:g} mm beside them and turned off them by up to {network.yaw_deg:g}°. They sweep"
         f" {network.swath_m2:,.0f} m² of the floor, {2 * network.half_width_mm:,.0f} mm wide: where tags lie on routes"
-        " alone, that is what is covered and surveyed. All drives, of designs on the whole floor too, keep to the routes."
+        " alone, that is what is covered and surveyed. All drives keep to the routes, over tags on the whole floor too."
     )
 
 
