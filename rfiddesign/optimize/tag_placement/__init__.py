@@ -1,8 +1,7 @@
 """Placement of tags along the routes that robots drive."""
 
-from rfiddesign.optimize.tag_placement.choose import assess_tags, choose_tags
 from rfiddesign.optimize.tag_placement.drive_check import DriveCheck
 from rfiddesign.optimize.tag_placement.placement import TagPlacement, place_tags
 from rfiddesign.optimize.tag_placement.rules import PlacementRules
 
-__all__ = ["DriveCheck", "PlacementRules", "TagPlacement", "assess_tags", "choose_tags", "place_tags"]
+__all__ = ["DriveCheck", "PlacementRules", "TagPlacement", "place_tags"]
