@@ -95,6 +95,20 @@ def test_windows_without_allowed_places_are_counted_and_told():
     assert placement.drive.planned_mm > 1900
 
 
+@pytest.mark.parametrize("is_in_lines", [False, True])
+def test_parts_of_a_floor_together_serve_all_of_it(monkeypatch, is_in_lines):
+    rules = PlacementRules(n_search_rounds=2000, is_in_lines=is_in_lines)
+    whole = place_tags(FORK, BAR, AREA, rules)
+    monkeypatch.setattr("rfiddesign.optimize.tag_placement.choose.PART_WINDOWS", 30)
+    placement = place_tags(FORK, BAR, AREA, rules)
+    assert placement.min_cover >= 2
+    assert placement.drive.planned_spare_mm <= 500 + STEP_MM
+    assert placement.n_windows == whole.n_windows
+    assert max(whole.lower_bound, placement.lower_bound) <= min(whole.n_tags, placement.n_tags)
+    assert placement.lower_bound >= 0.8 * whole.lower_bound
+    assert placement.n_tags <= 1.2 * whole.n_tags
+
+
 def test_the_answer_hangs_on_its_arguments_only():
     first, again = (place_tags(FORK, BAR, AREA, QUICK, seed=5) for _ in range(2))
     assert (first.tags_mm == again.tags_mm).all()
