@@ -77,7 +77,8 @@ def place_tags(
     layout, area : the robot's antennas and what each of them sees of the floor.
     allowed : region in which tags may lie; everywhere if None.
     seed : of the search and of the drives' deviations.
-    on_progress : called with a step's name ("bound" or "search"), how much of it is done, and how much it has.
+    on_progress : called with a step's name ("search" or "bound"), how much of it is done, and how much it has; for
+        every part of a large floor anew.
 
     Raises
     ------

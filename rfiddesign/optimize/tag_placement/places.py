@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 from rfiddesign.optimize.tag_placement.windows import route_length
 
-MAX_PLACES = 20_000_000
+MAX_PLACES = 40_000_000
 #: Of two places of different legs that are closer than this share of the finer grid step, one is left out.
 CLOSE_SHARE = 0.6
 

@@ -66,6 +66,7 @@ def test_places_serve_the_windows_along_which_they_are_seen(layout, area):
     places = tag_places(BEND, half_width(sight), 40.0, 40.0)
     cover = cover_of(windows, cKDTree(places), sight, 1)
     rows = {tuple(cover.number[row]) for row in np.split(cover.rows.indices, cover.rows.indptr[1:-1])}
+    assert len(rows) == cover.rows.shape[0]
     wanted = set()
     for w in range(1, windows.n_windows, 5):
         for heading, lateral, yaw in itertools.product((0, math.pi), (-50.0, 50.0), RULES.yaws_rad[2:]):

@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rfiddesign.geometry import Disc, RoundedRectangle, bar, make_layout
+from rfiddesign.geometry import Disc, RoundedRectangle, bar, listed, make_layout
 from rfiddesign.optimize.tag_placement import PlacementRules, place_tags
 from rfiddesign.optimize.tag_placement.drive_check import STEP_MM, drive_check
 
@@ -54,6 +54,16 @@ def test_the_look_at_dead_tags_tells_what_a_drive_without_them_does():
     ]
     assert max(without.planned_mm for without in longest) == pytest.approx(placement.drive.planned_spare_mm)
     assert max(without.random_mm for without in longest) == pytest.approx(placement.drive.random_spare_mm)
+
+
+def test_a_tag_seen_only_where_the_robot_stops_to_turn_is_read():
+    # Before it turns the robot has an antenna 200 mm beyond the bend, whichever way it faces.
+    ahead, routes = listed([(200.0, 0.0), (-200.0, 0.0)]), (np.array([[0.0, 0.0], [301.0, 0.0], [301.0, 400.0]]),)
+    rules = PlacementRules(lateral_mm=0.0, n_laterals=1, yaw_rad=0.0, n_yaws=1)
+    for beyond, longest in ((29.5, 400.0), (30.5, 701.0)):
+        check = drive_check(routes, ahead, AREA, np.array([[501.0 + beyond, 0.0]]), rules)
+        assert check.planned_mm == pytest.approx(longest, abs=STEP_MM)
+        assert check.planned_spare_mm == pytest.approx(701.0)
 
 
 def test_without_a_spare_a_dead_tag_leaves_a_gap():
