@@ -1,4 +1,4 @@
-"""Greedy choice and weighted local search for multi-cover: every row needs so many of its places.
+"""Greedy choice and weighted local search for multi-cover: row r needs need[r] of its places.
 
 `matrix` is a tuple of sparse matrices' arrays, row_starts, places, place_starts, rows, conflict_starts, conflicts.
 Row r's places are places[row_starts[r]:row_starts[r + 1]]; place j's rows are rows[place_starts[j]:place_starts[j + 1]]
@@ -39,7 +39,7 @@ def greedy(matrix, need, is_in):
             continue
         gain = 0
         for at in range(place_starts[j], place_starts[j + 1]):
-            gain += cover[rows[at]] < need
+            gain += cover[rows[at]] < need[rows[at]]
         if gain == 0:
             continue
         if len(queue) > 0 and gain < -queue[0][0]:
@@ -69,7 +69,7 @@ def prune(matrix, need, is_in):
         j = chosen[n]
         is_spare = True
         for at in range(place_starts[j], place_starts[j + 1]):
-            if cover[rows[at]] <= need:
+            if cover[rows[at]] <= need[rows[at]]:
                 is_spare = False
                 break
         if is_spare:
@@ -108,12 +108,13 @@ def start(matrix, need, best, seed):
         for at in range(conflict_starts[j], conflict_starts[j + 1]):
             blocked[conflicts[at]] += 1
     for r in range(n_rows):
-        if cover[r] < need:
+        if cover[r] < need[r]:
             lacking[counters[LACKING]], place_in_lacking[r] = r, counters[LACKING]
             counters[LACKING] += 1
     for j in range(n_places):
         for at in range(place_starts[j], place_starts[j + 1]):
-            score[j] += cover[rows[at]] <= need if is_in[j] else cover[rows[at]] < need
+            r = rows[at]
+            score[j] += cover[r] <= need[r] if is_in[j] else cover[r] < need[r]
     counters[ADDED], counters[RANDOM] = -1, np.int64(seed) ^ 0x1E3779B97F4A7C15
     return (is_in, cover, blocked, weight, score, chosen, place_in_chosen, lacking, place_in_lacking, moved, counters)
 
@@ -196,9 +197,9 @@ def _put(j, matrix, need, state):
     for at in range(place_starts[j], place_starts[j + 1]):
         r = rows[at]
         cover[r] += 1
-        if cover[r] <= need:
+        if cover[r] <= need[r]:
             own += weight[r]
-        if cover[r] == need:
+        if cover[r] == need[r]:
             # Served now: no other place helps it any more.
             for index in range(row_starts[r], row_starts[r + 1]):
                 if not is_in[places[index]]:
@@ -207,7 +208,7 @@ def _put(j, matrix, need, state):
             last = lacking[counters[LACKING]]
             lacking[place_in_lacking[r]], place_in_lacking[last] = last, place_in_lacking[r]
             place_in_lacking[r] = -1
-        elif cover[r] == need + 1:
+        elif cover[r] == need[r] + 1:
             # One to spare: none of its places is needed for it.
             for index in range(row_starts[r], row_starts[r + 1]):
                 if is_in[places[index]] and places[index] != j:
@@ -231,15 +232,15 @@ def _take(j, matrix, need, state):
     for at in range(place_starts[j], place_starts[j + 1]):
         r = rows[at]
         cover[r] -= 1
-        if cover[r] < need:
+        if cover[r] < need[r]:
             own += weight[r]
-        if cover[r] == need - 1:
+        if cover[r] == need[r] - 1:
             for index in range(row_starts[r], row_starts[r + 1]):
                 if not is_in[places[index]] and places[index] != j:
                     score[places[index]] += weight[r]
             lacking[counters[LACKING]], place_in_lacking[r] = r, counters[LACKING]
             counters[LACKING] += 1
-        elif cover[r] == need:
+        elif cover[r] == need[r]:
             for index in range(row_starts[r], row_starts[r + 1]):
                 if is_in[places[index]]:
                     score[places[index]] += weight[r]

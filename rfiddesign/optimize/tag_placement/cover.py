@@ -45,12 +45,14 @@ class Sight:
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """The cover problem: choose the fewest places so that every row has `n_cover` of them.
+    """The cover problem: choose the fewest places so that every row has as many of them as it needs.
 
     Parameters
     ----------
     rows : (n_rows, n_places) which places serve a row, all different and each servable.
     columns : the same by place, (n_places, n_rows).
+    need : (n_rows,) how many places a row needs.
+    number : (n_places,) which of all candidate places these are.
     n_windows, n_unserved : windows times deviations, and those that fewer than `n_cover` places serve, both counted
         before those alike were made one.
     unserved : (n, 3) x, y [mm] and robot's heading [rad] in the middles of the unserved ones, each once.
@@ -58,6 +60,8 @@ class Cover:
 
     rows: csr_array
     columns: csr_array
+    need: NDArray[np.int32]
+    number: NDArray[np.int64]
     n_windows: int
     n_unserved: int
     unserved: NDArray[np.float64]
@@ -106,8 +110,8 @@ def half_width(sight: Sight) -> float:
     return float(np.abs(sight.offsets[..., 1, None, None] + sight.edges[..., 1::2]).max())
 
 
-def cover_of(windows: Windows, places: NDArray, sight: Sight, n_cover: int) -> Cover:
-    """Build the cover matrix.
+def cover_of(windows: Windows, places: cKDTree, sight: Sight, n_cover: int) -> Cover:
+    """Build the cover matrix of the places that are seen along some of the windows.
 
     Raises
     ------
@@ -126,31 +130,48 @@ def cover_of(windows: Windows, places: NDArray, sight: Sight, n_cover: int) -> C
     order = served[np.argsort(hashes, kind="stable")]
     is_first = first_alike(found.indptr, found.indices, order, np.sort(hashes))
     rows = found[np.sort(order[is_first])]
+    number = np.unique(rows.indices).astype(np.int64)
+    rows = rows[:, number]
     return Cover(
         rows=rows,
         columns=rows.T.tocsr(),
+        need=np.full(rows.shape[0], n_cover, np.int32),
+        number=number,
         n_windows=int(alike.sum()),
         n_unserved=int(alike[unserved].sum()),
         unserved=np.unique(poses.round(3), axis=0) if len(poses) else np.empty((0, 3)),
     )
 
 
-def without_dominated(cover: Cover, places: NDArray, n_cover: int) -> tuple[Cover, NDArray[np.float64]]:
-    """Leave out places whose rows are all served by `n_cover` other places each, and those that serve none.
+def without_dominated(cover: Cover, is_wanted: NDArray | None = None) -> Cover:
+    """Leave out places whose rows are all served by so many others each as any row needs, and those that serve none.
 
-    The fewest places that serve all rows stay as few. Not so where places are in conflict.
+    The fewest places that serve all rows stay as few. Not so where places are in conflict. Places `is_wanted`
+    (n_places,) stay in any case.
     """
     order = np.argsort(-np.diff(cover.columns.indptr), kind="stable")
     matrix = (cover.rows.indptr, cover.rows.indices, cover.columns.indptr, cover.columns.indices)
-    is_kept = undominated(*matrix, order, n_cover)
+    is_kept = undominated(*matrix, order, cover.need.max(initial=1))
+    return with_places(cover, is_kept if is_wanted is None else is_kept | is_wanted)
+
+
+def left_to_serve(cover: Cover, is_laid: NDArray) -> Cover:
+    """Return what is left when the places `is_laid` (n_places,) have a tag already: the rest of the places and rows."""
+    need = cover.need - cover.rows.astype(np.int32) @ is_laid.astype(np.int32)
+    is_open = need > 0
+    rows = cover.rows[np.flatnonzero(is_open)]
+    return with_places(replace(cover, rows=rows, columns=rows.T.tocsr(), need=need[is_open]), ~is_laid)
+
+
+def with_places(cover: Cover, is_kept: NDArray) -> Cover:
+    """Leave out all places but those `is_kept` (n_places,)."""
     columns = cover.columns[np.flatnonzero(is_kept)]
-    return replace(cover, rows=columns.T.tocsr(), columns=columns), places[is_kept]
+    return replace(cover, rows=columns.T.tocsr(), columns=columns, number=cover.number[is_kept])
 
 
-def _sightings(windows: Windows, places: NDArray, sight: Sight) -> csr_array:
+def _sightings(windows: Windows, places: cKDTree, sight: Sight) -> csr_array:
     middles = windows.pieces[:, :2] + windows.pieces[:, 2:4] * windows.pieces[:, 5:] / 2
-    tree = cKDTree(places)
-    lists = tree.query_ball_point(middles, windows.pieces[:, 5] / 2 + sight.reach + 1e-6)
+    lists = places.query_ball_point(middles, windows.pieces[:, 5] / 2 + sight.reach + 1e-6)
     near_start = np.cumsum([0, *(len(near) for near in lists)]).astype(np.int64)
     near = np.fromiter((place for near in lists for place in near), np.int32, int(near_start[-1]))
     stamp = np.zeros(int(windows.count.max(initial=0)), np.int64)
@@ -158,7 +179,7 @@ def _sightings(windows: Windows, places: NDArray, sight: Sight) -> csr_array:
     def written(rows: NDArray, seen: NDArray) -> int:
         stamp[:] = 0
         return sightings(
-            windows.pieces, windows.first, windows.count, windows.begins, windows.length, near_start, near, places,
+            windows.pieces, windows.first, windows.count, windows.begins, windows.length, near_start, near, places.data,
             sight.offsets, sight.radius, sight.edges, sight.reach, stamp, rows, seen,
         )  # fmt: skip
 
@@ -168,7 +189,7 @@ def _sightings(windows: Windows, places: NDArray, sight: Sight) -> csr_array:
     rows, seen = np.empty(n, np.int32), np.empty(n, np.int32)
     if n:
         written(rows, seen)
-    shape = (windows.n_windows * len(sight.offsets), len(places))
+    shape = (windows.n_windows * len(sight.offsets), places.n)
     # Repeated sightings are added up, in more than the 127 of an int8.
     found = csr_array((np.ones(n, np.int16), (rows, seen)), shape=shape)
     found.sum_duplicates()

@@ -7,6 +7,7 @@ which tags lie in them.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,8 @@ BLOCK = 2_000_000
 class DriveCheck:
     """Longest distances driven without a read, over all routes, ways through joints and deviations; [mm].
 
-    Each is known to one step of 4 mm. Reads while the robot turns at a bend are not counted.
+    Each is known to one step of 4 mm. Reads while the robot turns at a bend are not counted, but for those before it
+    begins to turn and after.
 
     Parameters
     ----------
@@ -89,15 +91,17 @@ class _Samples:
 def _samples(roads: Sequence[NDArray]) -> _Samples:
     place, direction, travel, number, sizes = [], [], [], [], []
     for at, road in enumerate(roads):
-        vectors = np.diff(road, axis=0)
-        reached = np.concatenate([[0.0], np.cumsum(np.hypot(*vectors.T))])
-        steps = np.append(np.arange(0.0, reached[-1], STEP_MM), reached[-1])
-        leg = np.clip(np.searchsorted(reached, steps, side="right") - 1, 0, len(vectors) - 1)
-        place.append(np.stack([np.interp(steps, reached, road[:, 0]), np.interp(steps, reached, road[:, 1])], axis=-1))
-        direction.append(np.arctan2(vectors[leg, 1], vectors[leg, 0]))
-        travel.append(steps)
-        number.append(np.full(len(steps), at))
-        sizes.append(reached[-1])
+        reached = 0.0
+        for start, end in pairwise(road):
+            size = math.dist(start, end)
+            # At a bend the robot stands before it turns and after.
+            steps = np.append(np.arange(0.0, size, STEP_MM), size)
+            place.append(start + steps[:, None] / size * (end - start))
+            direction.append(np.full(len(steps), math.atan2(end[1] - start[1], end[0] - start[0])))
+            travel.append(reached + steps)
+            number.append(np.full(len(steps), at))
+            reached += size
+        sizes.append(reached)
     return _Samples(*(np.concatenate(part) for part in (place, direction, travel, number)), np.array(sizes))
 
 

@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 from rfiddesign.optimize.tag_placement.windows import route_length
 
-MAX_PLACES = 20_000_000
+MAX_PLACES = 40_000_000
 #: Of two places of different legs that are closer than this share of the finer grid step, one is left out.
 CLOSE_SHARE = 0.6
 
@@ -50,7 +50,7 @@ def tag_places(
         places, is_own = places[is_allowed], is_own[is_allowed]
     if len(places) == 0:
         raise ValueError("allowed: leaves no place for a tag along the routes")
-    return places[_apart(places, is_own, CLOSE_SHARE * min(along, across))]
+    return places[apart(places, CLOSE_SHARE * min(along, across), is_own)]
 
 
 def _leg_grid(start: NDArray, end: NDArray, rows: NDArray, along: float, margin: float) -> NDArray[np.float64]:
@@ -67,14 +67,17 @@ def _leg_grid(start: NDArray, end: NDArray, rows: NDArray, along: float, margin:
     return (start + end) / 2 + s[is_near, None] * forward + v[is_near, None] * left
 
 
-def _apart(places: NDArray, leg: NDArray, distance: float) -> NDArray[np.bool_]:
-    """Which places stay, when of any two of different legs that are closer than `distance` the later one goes.
+def apart(places: NDArray, distance: float, leg: NDArray | None = None) -> NDArray[np.bool_]:
+    """Which places stay, when of any two that are closer than `distance` the later one goes, for one that stays.
 
-    A place goes only for one that stays.
+    If `leg` (n,) is given, places of the same leg do not mind each other.
     """
     is_kept = np.ones(len(places), dtype=bool)
-    pairs = cKDTree(places).query_pairs(distance * (1 - 1e-9), output_type="ndarray")
-    pairs = np.sort(pairs[leg[pairs[:, 0]] != leg[pairs[:, 1]]], axis=1)
+    if len(places) == 0:
+        return is_kept
+    pairs = np.sort(cKDTree(places).query_pairs(distance * (1 - 1e-9), output_type="ndarray"), axis=1)
+    if leg is not None:
+        pairs = pairs[leg[pairs[:, 0]] != leg[pairs[:, 1]]]
     for first, second in pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))].tolist():
         if is_kept[first]:
             is_kept[second] = False

@@ -31,8 +31,8 @@ class PlacementRules:
     along_mm, across_mm : the grid of candidate tag places, along and across a route [mm].
     min_tag_distance_mm : no two tags are closer than this [mm].
     is_in_lines : whether tags lie in lines that an installer can lay, see `lines`.
-    n_search_rounds : length of the search: how many times a tag is taken away or added. About 3e5 take a second where
-        eight small antennas see a tag.
+    n_search_rounds : length of the search: how many times a tag is moved. Where eight small antennas see a tag some
+        10,000 take a second.
     """
 
     distance_mm: float = 500.0
@@ -48,7 +48,7 @@ class PlacementRules:
     across_mm: float = 25.0
     min_tag_distance_mm: float = 0.0
     is_in_lines: bool = False
-    n_search_rounds: int = 3_000_000
+    n_search_rounds: int = 500_000
 
     def __post_init__(self):
         for argument in ("distance_mm", "delta_mm", "along_mm", "across_mm"):

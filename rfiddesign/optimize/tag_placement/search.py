@@ -31,40 +31,40 @@ def conflicts_of(places: NDArray, min_distance: float) -> csr_array:
     return csr_array((np.ones(len(both), np.int8), (both[:, 0], both[:, 1])), shape=(n, n))
 
 
-def greedy_choice(cover: Cover, conflicts: csr_array, n_cover: int) -> tuple[NDArray[np.bool_], int]:
+def greedy_choice(cover: Cover, conflicts: csr_array) -> tuple[NDArray[np.bool_], int]:
     """Return chosen places (n_places,), none of them without need, and the number of rows left in need.
 
     Rows are left in need only where places in conflict block each other.
     """
     chosen = np.zeros(cover.rows.shape[1], dtype=bool)
-    n_lacking = kernels.greedy(_arrays(cover, conflicts), n_cover, chosen)
-    kernels.prune(_arrays(cover, conflicts), n_cover, chosen)
+    n_lacking = kernels.greedy(_arrays(cover, conflicts), cover.need, chosen)
+    kernels.prune(_arrays(cover, conflicts), cover.need, chosen)
     return chosen, int(n_lacking)
 
 
 def searched(
-    cover: Cover, conflicts: csr_array, n_cover: int, chosen: NDArray, n_rounds: int, seed: int,
+    cover: Cover, conflicts: csr_array, chosen: NDArray, n_rounds: int, seed: int,
     on_progress: Progress | None = None,
 ) -> NDArray[np.bool_]:  # fmt: skip
     """Return a choice that serves all rows with at most as many places as `chosen`, which does."""
     best = chosen.copy()
-    state = kernels.start(_arrays(cover, conflicts), n_cover, best, seed)
+    state = kernels.start(_arrays(cover, conflicts), cover.need, best, seed)
     done = 0
     while done < n_rounds:
         done = min(done + ROUNDS_AT_ONCE, n_rounds)
-        kernels.search(_arrays(cover, conflicts), n_cover, best, state, done)
+        kernels.search(_arrays(cover, conflicts), cover.need, best, state, done)
         if on_progress is not None:
             on_progress("search", done, n_rounds)
     return best
 
 
-def proved(cover: Cover, conflicts: csr_array, n_cover: int) -> NDArray[np.bool_] | None:
+def proved(cover: Cover, conflicts: csr_array) -> NDArray[np.bool_] | None:
     """Return the fewest places, or None if the problem is too large or HiGHS does not close it within its nodes."""
     if cover.rows.nnz + conflicts.nnz > PROVABLE_ENTRIES or cover.rows.shape[0] == 0:
         return None
     solver = quiet_highs(mip_max_nodes=PROVE_NODES, mip_rel_gap=0.0, mip_abs_gap=0.99)
     n_places = cover.rows.shape[1]
-    model = cover_model(cover.rows, np.ones(n_places), n_cover)
+    model = cover_model(cover.rows, np.ones(n_places), cover.need)
     model.integrality_ = [highspy.HighsVarType.kInteger] * n_places
     solver.passModel(model)
     for first, second in np.argwhere(np.triu(conflicts.toarray())) if conflicts.nnz else ():
@@ -75,10 +75,9 @@ def proved(cover: Cover, conflicts: csr_array, n_cover: int) -> NDArray[np.bool_
     return np.array(solver.getSolution().col_value) > 0.5
 
 
-def least_cover(cover: Cover, chosen: NDArray) -> int:
-    """Return how many chosen places the row that has fewest of them has, counted anew in integers."""
-    counts = cover.rows.astype(np.int32) @ chosen.astype(np.int32)
-    return int(counts.min()) if len(counts) else 0
+def counts_of(cover: Cover, chosen: NDArray) -> NDArray[np.int64]:
+    """Return how many chosen places each row (n_rows,) has, counted anew in integers."""
+    return cover.rows.astype(np.int64) @ chosen.astype(np.int64)
 
 
 def _arrays(cover: Cover, conflicts: csr_array) -> tuple[NDArray, ...]:

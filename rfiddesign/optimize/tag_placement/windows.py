@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 SAME_PLACE_MM = 1.0
 #: Legs are cut into pieces no longer than this [mm], so that few tag places are far from a piece's middle.
 PIECE_MM = 1000.0
+#: A stretch has at most so many windows.
+STRETCH = 400
 MAX_WINDOWS = 20_000_000
 MAX_WAYS = 1000
 
@@ -47,6 +49,35 @@ class Windows:
     def n_windows(self) -> int:
         """Number of windows."""
         return len(self.begins)
+
+
+def parts(windows: Windows, n_at_most: int) -> list[Windows]:
+    """Group windows by where they are, stretches whole, into parts of `n_at_most` windows or of one stretch."""
+    first, begin_of = np.unique(windows.first, return_index=True)
+    size = windows.count[begin_of]
+    middle = windows.poses[first + size // 2, :2] if len(first) else np.empty((0, 2))
+    groups, pending = [], [np.arange(len(first))] if len(first) else []
+    while pending:
+        group = pending.pop()
+        if size[group].sum() <= n_at_most or len(group) == 1:
+            groups.append(_part(windows, first[group], size[group]))
+            continue
+        axis = int(np.argmax(np.ptp(middle[group], axis=0)))
+        ordered = group[np.argsort(middle[group, axis], kind="stable")]
+        cut = int(np.searchsorted(np.cumsum(size[ordered]), size[group].sum() / 2))
+        cut = min(max(cut, 1), len(ordered) - 1)
+        pending += [ordered[cut:], ordered[:cut]]
+    return groups
+
+
+def _part(windows: Windows, first: NDArray, size: NDArray) -> Windows:
+    chosen = np.concatenate([np.arange(at, at + n) for at, n in zip(first, size, strict=True)])
+    new_first = dict(zip(first.tolist(), (np.cumsum(size) - size).tolist(), strict=True))
+    mine = np.flatnonzero(np.isin(windows.first, first))
+    return Windows(
+        windows.pieces[mine], np.array([new_first[at] for at in windows.first[mine].tolist()], np.int64),
+        windows.count[mine], windows.begins[chosen], windows.poses[chosen], windows.length,
+    )  # fmt: skip
 
 
 def checked_routes(routes: Sequence[NDArray]) -> tuple[NDArray[np.float64], ...]:
@@ -179,7 +210,9 @@ def _stretches(routes, places, number: int, delta: float, half: float) -> list[t
         stretches.append((np.concatenate([route, onward]), middles[~is_over_start & is_over_end]))
     # Before a dead end windows end with the road.
     fitting = [(road, at[(at >= half - 1e-6) & (at <= route_length(road) - half + 1e-6)]) for road, at in stretches]
-    return [(road, at) for road, at in fitting if len(at)]
+    return [
+        (road, some) for road, at in fitting for some in np.split(at, range(STRETCH, len(at), STRETCH)) if len(some)
+    ]
 
 
 def _pieces(road: NDArray, begin: float, end: float) -> NDArray[np.float64]:

@@ -9,9 +9,17 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array
+from scipy.spatial import cKDTree
 
 from rfiddesign.geometry import Disc, Rectangle, RoundedRectangle, bar, listed, make_layout
-from rfiddesign.optimize.tag_placement.cover import Cover, cover_of, half_width, sight_of, without_dominated
+from rfiddesign.optimize.tag_placement.cover import (
+    Cover,
+    cover_of,
+    half_width,
+    left_to_serve,
+    sight_of,
+    without_dominated,
+)
 from rfiddesign.optimize.tag_placement.places import tag_places
 from rfiddesign.optimize.tag_placement.rules import PlacementRules
 from rfiddesign.optimize.tag_placement.windows import windows_along
@@ -56,8 +64,9 @@ def depth_seen(layout, area, road, begin, length, deviation, places, step=0.75):
 def test_places_serve_the_windows_along_which_they_are_seen(layout, area):
     windows, sight = windows_along(BEND, 50.0, 450.0), sight_of(layout, area, RULES)
     places = tag_places(BEND, half_width(sight), 40.0, 40.0)
-    cover = cover_of(windows, places, sight, 1)
-    rows = {tuple(row) for row in np.split(cover.rows.indices, cover.rows.indptr[1:-1])}
+    cover = cover_of(windows, cKDTree(places), sight, 1)
+    rows = {tuple(cover.number[row]) for row in np.split(cover.rows.indices, cover.rows.indptr[1:-1])}
+    assert len(rows) == cover.rows.shape[0]
     wanted = set()
     for w in range(1, windows.n_windows, 5):
         for heading, lateral, yaw in itertools.product((0, math.pi), (-50.0, 50.0), RULES.yaws_rad[2:]):
@@ -87,7 +96,7 @@ def test_windows_that_no_place_serves_are_counted_before_those_alike_are_made_on
     windows = windows_along(route, 50.0, 450.0)
     allowed = shapely.box(-1000, -1000, 1500, 1000)
     places = tag_places(route, half_width(sight), 25.0, 25.0, allowed)
-    cover = cover_of(windows, places, sight, 1)
+    cover = cover_of(windows, cKDTree(places), sight, 1)
     assert cover.n_windows == windows.n_windows * 18
     begins = cover.unserved[:, 0] - 225
     beyond = windows.begins[windows.begins > 1500 + 20]
@@ -114,9 +123,29 @@ def test_without_dominated_places_as_few_suffice(seed, n_cover):
     matrix = rng.random((5, 9)) < rng.uniform(0.2, 0.8)
     matrix = matrix[matrix.sum(axis=1) >= n_cover].astype(np.int8)
     rows = csr_array(matrix)
-    cover = Cover(rows, rows.T.tocsr(), 0, 0, np.empty((0, 3)))
-    smaller, places = without_dominated(cover, np.arange(18.0).reshape(9, 2), n_cover)
-    assert smaller.rows.shape == (len(matrix), len(places))
-    assert (smaller.rows.toarray() == matrix[:, (places[:, 0] / 2).astype(int)]).all()
+    need = np.full(len(matrix), n_cover, np.int32)
+    cover = Cover(rows, rows.T.tocsr(), need, np.arange(9), 0, 0, np.empty((0, 3)))
+    smaller = without_dominated(cover)
+    assert smaller.rows.shape == (len(matrix), len(smaller.number))
+    assert (smaller.rows.toarray() == matrix[:, smaller.number]).all()
     assert (smaller.columns.toarray() == smaller.rows.toarray().T).all()
     assert fewest(smaller.rows.toarray(), n_cover) == fewest(matrix, n_cover)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_what_is_left_beside_laid_tags_completes_them(seed):
+    rng = np.random.default_rng(seed)
+    matrix = (rng.random((6, 9)) < 0.6).astype(np.int8)
+    matrix = matrix[matrix.sum(axis=1) >= 2]
+    rows = csr_array(matrix)
+    need = np.full(len(matrix), 2, np.int32)
+    is_laid = rng.random(9) < 0.3
+    rest = left_to_serve(Cover(rows, rows.T.tocsr(), need, np.arange(9), 0, 0, np.empty((0, 3))), is_laid)
+    assert not is_laid[rest.number].any()
+    assert len(rest.number) == 9 - is_laid.sum()
+    for _ in range(20):
+        more = rng.random(len(rest.number)) < 0.5
+        chosen = is_laid.copy()
+        chosen[rest.number[more]] = True
+        assert (rest.rows.toarray() @ more >= rest.need).all() == (matrix @ chosen >= 2).all()

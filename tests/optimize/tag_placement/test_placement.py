@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rfiddesign.geometry import Disc, RoundedRectangle, bar, make_layout
+from rfiddesign.geometry import Disc, RoundedRectangle, bar, listed, make_layout
 from rfiddesign.optimize.tag_placement import PlacementRules, place_tags
 from rfiddesign.optimize.tag_placement.drive_check import STEP_MM, drive_check
 
@@ -56,6 +56,16 @@ def test_the_look_at_dead_tags_tells_what_a_drive_without_them_does():
     assert max(without.random_mm for without in longest) == pytest.approx(placement.drive.random_spare_mm)
 
 
+def test_a_tag_seen_only_where_the_robot_stops_to_turn_is_read():
+    # Before it turns the robot has an antenna 200 mm beyond the bend, whichever way it faces.
+    ahead, routes = listed([(200.0, 0.0), (-200.0, 0.0)]), (np.array([[0.0, 0.0], [301.0, 0.0], [301.0, 400.0]]),)
+    rules = PlacementRules(lateral_mm=0.0, n_laterals=1, yaw_rad=0.0, n_yaws=1)
+    for beyond, longest in ((29.5, 400.0), (30.5, 701.0)):
+        check = drive_check(routes, ahead, AREA, np.array([[501.0 + beyond, 0.0]]), rules)
+        assert check.planned_mm == pytest.approx(longest, abs=STEP_MM)
+        assert check.planned_spare_mm == pytest.approx(701.0)
+
+
 def test_without_a_spare_a_dead_tag_leaves_a_gap():
     placement = place_tags(STRAIGHT, BAR, AREA, PlacementRules(n_spare=0, n_search_rounds=2000))
     assert placement.drive.planned_mm <= 500 + STEP_MM
@@ -93,6 +103,20 @@ def test_windows_without_allowed_places_are_counted_and_told():
     assert placement.unserved[:, 0].min() > 1000
     assert placement.min_cover == 2
     assert placement.drive.planned_mm > 1900
+
+
+@pytest.mark.parametrize("is_in_lines", [False, True])
+def test_parts_of_a_floor_together_serve_all_of_it(monkeypatch, is_in_lines):
+    rules = PlacementRules(n_search_rounds=2000, is_in_lines=is_in_lines)
+    whole = place_tags(FORK, BAR, AREA, rules)
+    monkeypatch.setattr("rfiddesign.optimize.tag_placement.choose.PART_WINDOWS", 30)
+    placement = place_tags(FORK, BAR, AREA, rules)
+    assert placement.min_cover >= 2
+    assert placement.drive.planned_spare_mm <= 500 + STEP_MM
+    assert placement.n_windows == whole.n_windows
+    assert max(whole.lower_bound, placement.lower_bound) <= min(whole.n_tags, placement.n_tags)
+    assert placement.lower_bound >= 0.8 * whole.lower_bound
+    assert placement.n_tags <= 1.2 * whole.n_tags
 
 
 def test_the_answer_hangs_on_its_arguments_only():
