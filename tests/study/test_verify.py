@@ -50,7 +50,7 @@ def one_more(value):
     [
         ("certificate.json", set_in("answers", 0, "decisions", 0, "n_passed", to=one_more), "its runs say"),
         ("certificate.json", set_in("answers", 0, "cost_cents", 3, to=one_more), "the price list says"),
-        ("certificate.json", set_in("prices", "tag", "amount", to=lambda _: "0.29"), "prices is not what was certified"),
+        ("certificate.json", set_in("prices", "tag", "amount", to=lambda _: "0.29"), "prices is not what was"),
         ("certificate.json", set_in("candidates", 3, "n_tags", to=one_more), "the price list says"),
         ("certificate.json", set_in("boundaries", 0, "certify_at", 9, to=one_more), "does not follow from the test"),
         ("certificate.json", set_in("runs", 0, "sha256", to=lambda text: text[::-1]), "its hash differs"),
@@ -62,7 +62,7 @@ def one_more(value):
         ("result.json", set_in("answers", 0, "decisions", 0, "n_runs", to=one_more), "not those of the certificate"),
         ("result.json", set_in("designs", 0, "n_runs", to=one_more), "were certified"),
         ("result.json", set_in("test", "alpha_certify", to=lambda a: a / 2), "the study declares"),
-        ("study.json", set_in("study", "requirement", "position_p95_mm", to=one_more), "study is not what was certified"),
+        ("study.json", set_in("study", "requirement", "position_p95_mm", to=one_more), "study is not what was"),
         ("design.json", set_in("cost_cents", to=one_more), "design.json: cost_cents"),
         ("robots-40/design.json", set_in("n_tags", to=one_more), "not the certified design"),
     ],
