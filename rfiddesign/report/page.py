@@ -14,10 +14,12 @@ from rfiddesign.report.markup import Drawn, drawn_into, filled, style
 from rfiddesign.report.words import count, percent, requirement_words
 from rfiddesign.results.folder import COST, FIGURES, REPORT, write_text
 from rfiddesign.results.spreadsheet import write_cost_csv
+from rfiddesign.results.study_result import AnswerRecord
 from rfiddesign.units import flops, money
 
 TEMPLATE = "page.html.jinja"
 STYLE_SHEET = "page.css"
+STOPPED = "certified, stopped by budget"
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,7 @@ class AnswerPart:
     key: str
     fleet: str
     is_won: bool
+    status: str
     price: str
     design: str
     estimator: str
@@ -107,6 +110,7 @@ def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
         key=answer.key,
         fleet=count(record.n_robots, "robot"),
         is_won=winner is not None,
+        status=_status(record),
         price=money(winner.cost_cents, record.currency) if winner else "No design certified",
         design=_design_words(contents, answer) if winner else "",
         estimator=_estimator_words(contents, answer),
@@ -120,6 +124,13 @@ def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
         warnings=tuple(record.coverage.warnings) if record.coverage else (),
         reads=_reads_words(answer),
     )
+
+
+def _status(record: AnswerRecord) -> str:
+    """What the design on show is, after the name of the fleet."""
+    if record.winner is None:
+        return ""
+    return ": cheapest certified so far" if record.claim == STOPPED else ": cheapest certified design"
 
 
 def _design_words(contents: Contents, answer: Answer) -> str:
