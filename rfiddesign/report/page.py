@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from rfiddesign.errors import StudyError
@@ -9,6 +10,7 @@ from rfiddesign.report import tables
 from rfiddesign.report.album import pictures
 from rfiddesign.report.certificate import headline, how_tested, not_promised, promised
 from rfiddesign.report.contents import Answer, Contents, read_contents
+from rfiddesign.report.extras import Extra, extras
 from rfiddesign.report.fleets import fleet_sentences
 from rfiddesign.report.markup import Drawn, drawn_into, filled, style
 from rfiddesign.report.words import count, percent, requirement_words
@@ -61,19 +63,20 @@ def write_report(folder: Path) -> Path:
     try:
         (folder / FIGURES).mkdir(exist_ok=True)
         drawn: dict[str, list[Drawn]] = defaultdict(list)
-        for picture in pictures(contents):
+        further = extras(contents)
+        for picture in chain(pictures(contents), *(extra.pictures for extra in further)):
             drawn[picture.topic].append(drawn_into(folder / FIGURES, picture))
         for answer in contents.answers:
             if answer.record.winner is not None:
                 estimator = contents.chosen_estimator(answer.record.winner)
                 write_cost_csv(answer.folder / COST, answer.record, estimator)
-        write_text(folder / REPORT, page(contents, drawn))
+        write_text(folder / REPORT, page(contents, drawn, further))
     except OSError as error:
         raise StudyError(f"cannot be written: {error.strerror}", file=error.filename or folder) from None
     return folder / REPORT
 
 
-def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
+def page(contents: Contents, drawn: dict[str, list[Drawn]], further: tuple[Extra, ...] = ()) -> str:
     """The page as HTML, with the figures of each topic in place."""
     result = contents.result
     return filled(
@@ -84,6 +87,7 @@ def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
         requirement=requirement_words(result.requirement),
         answers=[_answer_part(contents, answer) for answer in contents.answers],
         drawn=drawn,
+        extras=further,
         comparison=tables.comparison_table(contents) if len(contents.answers) > 1 else None,
         fleet_sentences=fleet_sentences(contents),
         fronts=tables.front_table(result),
