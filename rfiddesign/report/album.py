@@ -17,11 +17,9 @@ from rfiddesign.report.figures import (
     error_curves_figure,
     fronts_figure,
     layout_figure,
-    routes_figure,
     tags_figure,
 )
-from rfiddesign.report.figures.place import standing_place
-from rfiddesign.report.routes import place_on_route
+from rfiddesign.report.figures.place import place_on_route, standing_place
 from rfiddesign.report.words import count, in_unit, limit_of, plotted_metric
 
 
@@ -66,10 +64,7 @@ def _design_pictures(contents: Contents, answer: Answer, whose: str) -> Iterator
     chosen, tags = answer.chosen, answer.tags_mm
     place = standing_place(contents.plan.navigable)
     if contents.routes is not None:
-        network = contents.routes.network
-        place = place_on_route(network, place)
-        figure = routes_figure(contents.plan.drivable, network, tags, chosen, place)
-        yield Picture("routes", f"routes-{answer.key}", f"{whose}routes, stations and tags.", figure)
+        place = place_on_route(contents.routes.network, place)
     figure = layout_figure(chosen, tags - np.array(place))
     yield Picture("layout", f"layout-{answer.key}", f"{whose}{chosen.layout}, seen from above.", figure)
     figure = tags_figure(contents.plan.drivable, tags, chosen, place)

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 
-import shapely
-from shapely.geometry.base import BaseGeometry
-
+from rfiddesign.report.album import Picture
 from rfiddesign.report.contents import Contents
+from rfiddesign.report.extra import Extra
+from rfiddesign.report.figures import routes_figure
+from rfiddesign.report.figures.place import place_on_route, standing_place
 from rfiddesign.report.tables import Table
 from rfiddesign.report.words import count, percent
 from rfiddesign.results.routes import CheapestRecord, NetworkRecord, PlacementRecord, RoutesRecord
@@ -24,29 +25,37 @@ class RoutesPart:
     placements: tuple[tuple[str, Table, tuple[str, ...]], ...]
 
 
-def routes_part(contents: Contents) -> RoutesPart | None:
+def routes_extra(contents: Contents) -> Extra | None:
     """The section on routes; None where robots drive anywhere."""
-    routes = contents.routes
-    if routes is None:
+    if contents.routes is None:
         return None
+    return Extra("routes", "Routes", "routes.html.jinja", _part(contents, contents.routes), _pictures(contents))
+
+
+def _part(contents: Contents, routes: RoutesRecord) -> RoutesPart:
     currency = contents.answers[0].record.currency
     return RoutesPart(
         network=_network_words(routes.network),
         cheapest=_cheapest_table(routes, currency),
         savings=_savings(routes, currency),
         placements=tuple(
-            (_heading(placement, contents), _placement_table(placement), _placement_words(placement, currency))
+            (_heading(placement), _placement_table(placement), _placement_words(placement, currency))
             for placement in routes.placements
         ),
     )
 
 
-def place_on_route(network: NetworkRecord, near_mm: tuple[float, float]) -> tuple[float, float]:
-    """The place on a route that is nearest to a point [mm]."""
-    lines = shapely.MultiLineString([edge.points_mm for edge in network.edges])
-    nearest: BaseGeometry = shapely.shortest_line(lines, shapely.Point(near_mm))
-    x, y = shapely.get_coordinates(nearest)[0].tolist()
-    return x, y
+def _pictures(contents: Contents) -> tuple[Picture, ...]:
+    """The plan with routes, stations and the tags of each answer."""
+    network, plan, found = contents.routes.network, contents.plan, []
+    for answer in contents.answers:
+        if answer.chosen is not None:
+            place = place_on_route(network, standing_place(plan.navigable))
+            figure = routes_figure(plan.drivable, network, answer.tags_mm, answer.chosen, place)
+            fleet = count(answer.record.n_robots, "robot")
+            caption = f"{fleet}: routes, stations and the tags of {answer.chosen.name}."
+            found.append(Picture("routes", f"routes-{answer.key}", caption, figure))
+    return tuple(found)
 
 
 def _network_words(network: NetworkRecord) -> str:
@@ -106,7 +115,7 @@ def _saving(floor: CheapestRecord, routes: CheapestRecord, currency: str) -> str
     )
 
 
-def _heading(placement: PlacementRecord, contents: Contents) -> str:
+def _heading(placement: PlacementRecord) -> str:
     fleet = count(placement.n_robots, "robot")
     return f"{fleet}: tags placed for {placement.layout} with {placement.antenna} mm antennas"
 

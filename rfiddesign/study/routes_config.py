@@ -44,7 +44,7 @@ class RoutesSection(Section):
     across_mm: Positive = Field(25.0, description="places for tags, step across a route")
     margin_mm: NotNegative = Field(1.0, description="a tag counts as seen this deep in an antenna's area only")
     search_rounds: Annotated[int, Field(ge=0, le=1_000_000_000)] = Field(
-        300_000, description="length of the search for fewer tags, of each layout, antenna and distance"
+        20_000, description="length of the search for fewer tags, of each layout, antenna and distance"
     )
 
     @model_validator(mode="after")

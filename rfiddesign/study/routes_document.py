@@ -7,7 +7,7 @@ from rfiddesign.cost import Site
 from rfiddesign.floor import Floor, RouteNetwork
 from rfiddesign.geometry import OnRoutesPattern, PlacedPattern
 from rfiddesign.optimize import CLAIMS
-from rfiddesign.optimize.tag_placement import TagPlacement, assess_tags, choose_tags
+from rfiddesign.optimize.tag_placement import TagPlacement, choose_tags, place_tags
 from rfiddesign.results import folder as files
 from rfiddesign.results import routes as records
 from rfiddesign.results.study_result import DecisionRecord
@@ -132,7 +132,7 @@ def _placement(found: RoutesFound, answer: Answer, number: int) -> records.Place
     design, pattern = candidate.design, candidate.design.pattern
     rules = placement_rules(study.file, design, pattern.distance_mm)
     robot = (pattern.strip.routes_mm, design.layout, design.antenna.area)
-    placement = assess_tags(*robot, rules, pattern.strip.swath, study.file.seed)
+    placement = place_tags(*robot, rules, pattern.strip.swath, study.file.seed)
     n_in_lines = None
     if not rules.is_in_lines:
         try:
