@@ -6,7 +6,6 @@ from rfiddesign.report.contents import Contents
 from rfiddesign.report.extra import Extra
 from rfiddesign.report.routes import routes_extra
 
-
 #: What looks for each section in a result folder, in the order of the page; None where a study has no such thing.
 READERS: tuple[Callable[[Contents], Extra | None], ...] = (routes_extra,)
 

@@ -64,6 +64,8 @@ def placement_rules(file: StudyFile, design: Design, distance_mm: float) -> Plac
         min_tag_distance_mm=span_mm(design.antenna.area) if design.reader.sees_one_tag_only else 0.0,
         is_in_lines=section.is_in_lines,
         n_search_rounds=section.search_rounds,
+        # What is proved takes minutes, and there are many to place.
+        is_proved=False,
     )
 
 

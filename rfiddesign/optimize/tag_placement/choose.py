@@ -149,7 +149,7 @@ def _solve(
             f"min_tag_distance_mm = {rules.min_tag_distance_mm:g}: leaves {n_lacking} windows without a tag they need"
         )
     n_greedy = int(chosen.sum())
-    fewest = proved(cover, conflicts)
+    fewest = proved(cover, conflicts) if rules.is_proved else None
     if fewest is None:
         chosen = searched(cover, conflicts, chosen, rules.n_search_rounds, seed, on_progress)
     is_proved = fewest is not None

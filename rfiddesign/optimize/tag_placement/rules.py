@@ -33,6 +33,7 @@ class PlacementRules:
     is_in_lines : whether tags lie in lines that an installer can lay, see `lines`.
     n_search_rounds : length of the search: how many times a tag is moved. Where eight small antennas see a tag some
         10,000 take a second.
+    is_proved : whether HiGHS tries to prove small problems first, which may take minutes.
     """
 
     distance_mm: float = 500.0
@@ -49,6 +50,7 @@ class PlacementRules:
     min_tag_distance_mm: float = 0.0
     is_in_lines: bool = False
     n_search_rounds: int = 500_000
+    is_proved: bool = True
 
     def __post_init__(self):
         for argument in ("distance_mm", "delta_mm", "along_mm", "across_mm"):
