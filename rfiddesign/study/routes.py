@@ -75,13 +75,14 @@ def route_assumptions(file: StudyFile) -> list[tuple[str, str]]:
     if not file.drives_on_routes:
         return []
     n = section.stations or len(section.stations_m)
+    joins = "between all pairs" if section.joins == "all" else "along a spanning tree"
     where = "spread over the floor by the program" if section.stations is not None else "as given"
     rows = [
         ("where robots drive", "along routes between stations, every design and every drive"),
         ("stations", f"{n}, {where}; the next one is drawn with equal chance"),
         (
             "routes",
-            f"{'ways between all pairs' if section.joins == 'all' else 'a spanning tree'} of stations, {section.clearance_mm:g} mm of clearance preferred",
+            f"{joins} of stations, {section.clearance_mm:g} mm of clearance preferred",
         ),
         ("off the route, drawn for every way", f"up to {section.lateral_mm:g} mm and {section.yaw_deg:g} deg"),
     ]

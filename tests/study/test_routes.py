@@ -187,7 +187,7 @@ def test_routes_that_no_section_describes_are_refused(folder):
     text = (folder / "study.toml").read_text()
     begin, end = text.index("[routes]"), text.index("[space]")
     (folder / "study.toml").write_text(text[:begin] + text[end:])
-    with pytest.raises(StudyError, match='space.pattern "square-on-routes" needs robots that drive along'):
+    with pytest.raises(StudyError, match=r'space.pattern "square-on-routes" needs robots that drive along'):
         load_study(folder)
     changed(folder, '["square", "square-on-routes", "routes"]', '["square"]')
     changed(folder, "duration_s = 5.0", 'duration_s = 5.0\ndrive = "routes"')
