@@ -25,8 +25,8 @@ class PlacementRules:
         spaced places.
     yaw_rad, n_yaws : the same of its heading against the route [rad].
         What lies between the deviations is not promised, and a search finds the places that only just serve the listed
-        ones: with 3 laterals for 50 mm and discs of 30 mm a cross of eight drove 4 to 9 % of the Willow map's routes, at
-        deviations in between, farther than `distance_mm` after a read, with 5 laterals 0.02 % (22 % more tags).
+        ones: on the Willow map a cross of eight with discs of 30 mm and 3 laterals drove 4 to 9 % of the way farther
+        than `distance_mm` after a read, at random deviations; with 5 laterals, and 22 % more tags, 0.02 %.
     headings_rad : headings of the robot against its direction of travel [rad]: 0 faces the way, pi / 2 drives to its
         right. Routes are driven in both directions.
     margin_mm : a tag counts as seen only so deep within an antenna's area [mm]. It takes up the tags' installation
