@@ -34,6 +34,7 @@ from rfiddesign.geometry.probability_map import ProbabilityMap
 from rfiddesign.geometry.route_coverage import coverage_along, coverage_on_way
 from rfiddesign.geometry.route_patterns import (
     ON_ROUTES,
+    PLACED,
     OnRoutesPattern,
     PlacedPattern,
     PlannedPattern,
@@ -49,6 +50,7 @@ __all__ = [
     "LAYOUT_KINDS",
     "ON_ROUTES",
     "PATTERN_KINDS",
+    "PLACED",
     "Aliasing",
     "Coverage",
     "DetectionArea",

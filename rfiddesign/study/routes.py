@@ -5,13 +5,12 @@ from functools import lru_cache
 from pathlib import Path
 
 from rfiddesign.floor import BundleRules, Floor, NetworkRules, RouteNetwork, bundled_routes
-from rfiddesign.geometry import ON_ROUTES, PlannedPattern, RouteStrip, TagPattern, on_routes
+from rfiddesign.geometry import ON_ROUTES, PLACED, PlannedPattern, RouteStrip, TagPattern, on_routes
 from rfiddesign.simulation.network_drive import NetworkDrive
 from rfiddesign.simulation.scenario import Routes
 from rfiddesign.study.checked import checked
 from rfiddesign.study.config import StudyFile
 
-PLACED = "routes"
 # A network of a large map takes seconds, and is asked for several times in a study.
 _network = lru_cache(maxsize=8)(bundled_routes)
 

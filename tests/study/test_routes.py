@@ -125,6 +125,13 @@ def test_the_study_ends_in_an_answer_beside_that_of_the_other_kind(done):
     assert sum(edges) == pytest.approx(1e3 * routes.network.length_m)
 
 
+def test_one_worker_writes_what_two_do(done, tmp_path):
+    out = tmp_path / "out"
+    run_study(load_study(STUDY), out, 1, lambda stage: None)
+    for name in ("result.json", "routes.json", "tags.csv", "certificate.json"):
+        assert (out / name).read_bytes() == (done / name).read_bytes()
+
+
 def test_the_tags_of_the_answer_lie_on_the_strip_alone(done):
     study = load_study(STUDY)
     tags = read_contents(done).answers[0].tags_mm
