@@ -86,7 +86,8 @@ def route_assumptions(file: StudyFile) -> list[tuple[str, str]]:
         ("off the route, drawn for every way", f"up to {section.lateral_mm:g} mm and {section.yaw_deg:g} deg"),
     ]
     if PLACED in file.space.pattern:
-        spare = f"with any {section.n_spare} tags of a window dead" if section.n_spare else "with all tags alive"
+        dead = "any one tag" if section.n_spare == 1 else f"any {section.n_spare} tags"
+        spare = f"with {dead} of a window dead" if section.n_spare else "with all tags alive"
         rows.append(
             (
                 "tags placed along routes",
