@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from rfiddesign.errors import StudyError
@@ -11,8 +12,10 @@ from rfiddesign.report.certificate import headline, how_tested, not_promised, pr
 from rfiddesign.report.contents import Answer, Contents, read_contents
 from rfiddesign.report.fleets import fleet_sentences
 from rfiddesign.report.markup import Drawn, drawn_into, filled, style
+from rfiddesign.report.regimes import read_regimes, regimes_part, regimes_pictures, write_regimes_csv
 from rfiddesign.report.words import count, percent, requirement_words
 from rfiddesign.results.folder import COST, FIGURES, REPORT, write_text
+from rfiddesign.results.regimes import Regimes
 from rfiddesign.units import flops, money
 
 TEMPLATE = "page.html.jinja"
@@ -57,19 +60,21 @@ def write_report(folder: Path) -> Path:
     try:
         (folder / FIGURES).mkdir(exist_ok=True)
         drawn: dict[str, list[Drawn]] = defaultdict(list)
-        for picture in pictures(contents):
+        regimes = read_regimes(folder)
+        for picture in chain(pictures(contents), regimes_pictures(regimes)):
             drawn[picture.topic].append(drawn_into(folder / FIGURES, picture))
         for answer in contents.answers:
             if answer.record.winner is not None:
                 estimator = contents.chosen_estimator(answer.record.winner)
                 tables.write_cost_csv(answer.folder / COST, answer.record, estimator)
-        write_text(folder / REPORT, page(contents, drawn))
+        write_regimes_csv(folder, regimes)
+        write_text(folder / REPORT, page(contents, drawn, regimes))
     except OSError as error:
         raise StudyError(f"cannot be written: {error.strerror}", file=error.filename or folder) from None
     return folder / REPORT
 
 
-def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
+def page(contents: Contents, drawn: dict[str, list[Drawn]], regimes: Regimes | None = None) -> str:
     """The page as HTML, with the figures of each topic in place."""
     result = contents.result
     return filled(
@@ -80,6 +85,7 @@ def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
         requirement=requirement_words(result.requirement),
         answers=[_answer_part(contents, answer) for answer in contents.answers],
         drawn=drawn,
+        regimes=regimes_part(regimes),
         comparison=tables.comparison_table(contents) if len(contents.answers) > 1 else None,
         fleet_sentences=fleet_sentences(contents),
         fronts=tables.front_table(result),

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
+from rfiddesign.study.regimes_config import RegimesSection
 from rfiddesign.study.sections import Density, Name, NotNegative, PatternKind, Pitch, Positive, Section, Share
 from rfiddesign.study.variants_config import ComparisonSection, Variants
 from rfiddesign.study.world_config import WorldSection
@@ -183,6 +184,7 @@ class StudyFile(EstimatorChoice):
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")
     space: SpaceSection
     search: SearchSection = SearchSection()
+    regimes: RegimesSection | None = Field(None, description="a map of the cheapest design over fleets and floors")
     # Left out of what is saved and hashed: the study's own answer does not depend on them.
     variants: Variants = Field([], exclude=True, description="variants of this study, to be answered and compared")
     comparison: ComparisonSection = Field(ComparisonSection(), exclude=True)

@@ -36,6 +36,8 @@ from rfiddesign.study.pipeline import (
     study_hash,
     test_plan,
 )
+from rfiddesign.study.regimes import search_regimes
+from rfiddesign.study.regimes_document import save_regimes
 from rfiddesign.study.storage import RunTable
 
 # Runs of each chosen design that the report draws as curves.
@@ -79,6 +81,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         n_before = runs.n_stored
         try:
             answers = tuple(search_fleet(study, candidates, n, costs[n], runs, on_stage) for n in costs)
+            cells = search_regimes(study, candidates, floor, runs, on_stage)
         finally:
             runs.save()
         on_stage(Stage("saving"))
@@ -98,6 +101,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         ]
         files.write_record(out / files.TRACES, Traces(traces=traces_record(traces)))
         _save_plan(out, floor)
+        save_regimes(out, study, candidates, floor, cells, digest)
         _save_computing(out, findings)
         files.write_record(out / files.RESULT, result)
         session = Session(workers, time.perf_counter() - begin, runs.n_simulated, n_before)
