@@ -22,15 +22,15 @@ With p, p0, p1 and N as in :mod:`rfiddesign.optimize.certify`, K cells, and the 
 
        P + n R_d + A T_d = P + A (rho R_d + T_d),    rho = n / A,
 
-   with R_d for the design's hardware on one robot, T_d for its tags on one m2, and P for the project: cells of one mix
-   rho have one order of prices, hence one cheapest holding design h_rho, and u is at most the number m of different
-   mixes.  (A map spaced evenly in logarithms by one factor has as many mixes as diagonals.)  Rounding to whole tags and
-   cents shifts a price by at most delta = half a tag and half a cent for each line.  As long as h_rho is not refuted,
-   the lower bound in a cell of that mix costs at most price(h_rho) <= rho-price(h_rho) + delta <= rho-price(h) + delta
-   <= price(h) + 2 delta for whatever h holds.  So *no design that holds is cheaper than its cell's lower bound by more
-   than 2 delta, in all cells at once, but for a chance of at most m alpha_refute*.  Declare alpha_refute = alpha / m to
-   have that at alpha.
-4. 1 and 3 together: at most alpha_certify + min(m, K) alpha_refute.
+   with R_d for the design's hardware on one robot, T_d for what it lays on one m2, and P for the project: cells of one
+   mix rho have one order of prices, hence one cheapest holding design h_rho, and u is at most the number m of
+   different mixes.  (A map spaced evenly in logarithms by one factor has as many mixes as diagonals.)  Rounding shifts
+   a price by at most delta = half a tag, half a hundredth of a m2 and half a cent for each line.  As long as h_rho is
+   not refuted, the lower bound in a cell of that mix costs at most price(h_rho) <= rho-price(h_rho) + delta <=
+   rho-price(h) + delta <= price(h) + 2 delta for whatever h holds.  So *no design that holds is cheaper than its cell's
+   lower bound by more than 2 delta, in all cells at once, but for a chance of at most m alpha_refute*.  Declare
+   alpha_refute = alpha / m to have that at alpha.
+4. 1 and 3 together: at most alpha_certify + m alpha_refute.
 
 Not promised: that a boundary drawn between two winners is where the truth changes sides (a design that was never
 tested, or refuted below p1 < p < p0, may lie between them); anything about floors that are unlike the reference floor.
@@ -44,7 +44,6 @@ of an equipped antenna, and by nothing else.
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 from math import ceil
 
@@ -54,9 +53,11 @@ from numpy.typing import NDArray
 from rfiddesign.cost import Cost, PriceList, Site
 from rfiddesign.floor import Floor
 from rfiddesign.optimize import Progress, SearchResult, cheapest_certified
+from rfiddesign.study.candidates import Candidate, Candidates
 from rfiddesign.study.load import Study
 from rfiddesign.study.outcomes import StoredOutcomes, StoredRuns
-from rfiddesign.study.pipeline import Candidates, OnStage, Stage, price_design, test_plan
+from rfiddesign.study.pipeline import price_design, search_rules, test_plan
+from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.units import CENTS_PER_UNIT
 
 PER_ROBOT, PER_TAG, PER_M2, PER_PROJECT = "per robot", "per tag", "per m2", "per project"
@@ -79,7 +80,8 @@ def search_regimes(
     if section is None:
         return ()
     plan = test_plan(study, len(candidates.numbers))
-    outcomes = StoredOutcomes(runs, list(candidates.numbers), study.requirement)
+    rules = search_rules(study, candidates, plan)
+    outcomes = StoredOutcomes(runs, list(candidates.numbers), study.criteria)
     sites = [Site(n_robots, area_m2) for area_m2 in section.areas_m2 for n_robots in section.robots]
     found = []
     for i, site in enumerate(sites, start=1):
@@ -89,7 +91,8 @@ def search_regimes(
             on_stage(Stage(told, progress.n_refuted, progress.n_racing, progress.n_remaining, progress.n_runs))
 
         cents = cell_cents(study, candidates, floor, site)
-        found.append(CellAnswer(site, cents, cheapest_certified(cents, outcomes, plan, on_progress=show)))
+        search = cheapest_certified(cents, outcomes, plan, rules=rules, on_progress=show)
+        found.append(CellAnswer(site, cents, search))
         runs.drop_ahead()
     return tuple(found)
 
@@ -97,26 +100,27 @@ def search_regimes(
 def cell_cents(study: Study, candidates: Candidates, floor: Floor, site: Site) -> NDArray[np.int64]:
     """Exact price of every candidate on the floor of a cell [cents], in the order of `candidates.numbers`.
 
-    The lines that count robots depend on the hardware and those that count tags and area on the number of tags alone,
-    so that each half is priced once for all designs that share it.
+    The lines that count robots depend on the hardware alone, the others on tags and area alone, so that each half is
+    priced once for all designs that share it.
     """
     robots_half: dict[tuple, int] = {}
-    floor_half: dict[int, int] = {}
+    floor_half: dict[tuple, int] = {}
     cents = np.empty(len(candidates.numbers), np.int64)
-    for i, number in enumerate(candidates.numbers):
-        design = candidates.designs[number]
-        hardware, n_tags = (design.layout, design.antenna, design.reader), cell_tags(candidates, number, floor, site)
-        if hardware not in robots_half or n_tags not in floor_half:
-            groups = by_group(price_design(study, design, n_tags, site))
+    for i, candidate in enumerate(candidates.by_number.values()):
+        design, bill = candidate.design, cell_bill(candidate, floor, site)
+        hardware = (design.layout, design.antenna, design.reader)
+        if hardware not in robots_half or bill not in floor_half:
+            groups = by_group(price_design(study, design, *bill))
             robots_half[hardware] = groups.pop(PER_ROBOT)
-            floor_half[n_tags] = sum(groups.values())
-        cents[i] = robots_half[hardware] + floor_half[n_tags]
+            floor_half[bill] = sum(groups.values())
+        cents[i] = robots_half[hardware] + floor_half[bill]
     return cents
 
 
-def cell_tags(candidates: Candidates, number: int, floor: Floor, site: Site) -> int:
-    """Tags of a candidate on the floor of a cell: as many per m2 as on the reference floor."""
-    return round(candidates.n_tags[number] * site.area_m2 / floor.area_m2)
+def cell_bill(candidate: Candidate, floor: Floor, site: Site) -> tuple[int, Site]:
+    """Tags and covered floor of a candidate in a cell: as much of both per m2 as on the reference floor."""
+    factor = site.area_m2 / floor.area_m2
+    return round(factor * candidate.n_tags), Site(site.n_robots, round(factor * candidate.tagged_m2, 2))
 
 
 def by_group(price: Cost) -> dict[str, int]:
@@ -137,7 +141,12 @@ def n_mixes(sites: Iterable[Site]) -> int:
     return len({mix(site) for site in sites})
 
 
-def tolerance_cents(prices: PriceList, n_lines: int) -> int:
-    """What rounding can move the difference of two prices of `n_lines` lines by: half a tag, half a cent a line."""
-    laid_tag_cents = (prices.tag.amount + prices.tag_laying.amount) * CENTS_PER_UNIT
-    return ceil(2 * (laid_tag_cents / 2 + Decimal(n_lines) / 2))
+def tolerance_cents(prices: PriceList) -> int:
+    """What rounding can move the difference of two prices by.
+
+    Each is off by half a tag, half a hundredth of a m2 and half a cent for each line; a bill has a line for each kind
+    of controller at most and eight others.
+    """
+    laid_tag = prices.tag.amount + prices.tag_laying.amount
+    covered_m2 = prices.covering_per_m2.amount + prices.survey_per_m2.amount
+    return ceil(CENTS_PER_UNIT * (laid_tag + covered_m2 / 100) + 8 + len(prices.controllers))

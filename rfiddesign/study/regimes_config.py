@@ -31,3 +31,10 @@ class RegimesSection(Section):
             if any(following <= value for value, following in pairwise(values)):
                 raise ValueError(f"{name} is {values}, must rise")
         return self
+
+
+def check_whole(search: Section) -> None:
+    """Raise ValueError for a search that may end before its cheapest design: a map of such answers has no regimes."""
+    for name in ("budget_runs", "budget_minutes", "cost_tolerance", "assume"):
+        if getattr(search, name):
+            raise ValueError(f"regimes needs a search that goes on to the cheapest design, without search.{name}")

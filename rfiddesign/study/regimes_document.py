@@ -5,13 +5,14 @@ from itertools import pairwise
 from pathlib import Path
 
 from rfiddesign import __version__
-from rfiddesign.cost import Cost, Site
+from rfiddesign.cost import Site
 from rfiddesign.floor import Floor
 from rfiddesign.optimize import TestPlan
 from rfiddesign.results import folder as files
 from rfiddesign.results.regimes import RegimeBoundary, RegimeCell, RegimeDesign, Regimes
+from rfiddesign.study.candidates import Candidates
 from rfiddesign.study.load import Study
-from rfiddesign.study.pipeline import Candidates, price_design, test_plan
+from rfiddesign.study.pipeline import price_design, test_plan
 from rfiddesign.study.regimes import (
     PER_M2,
     PER_PROJECT,
@@ -19,7 +20,7 @@ from rfiddesign.study.regimes import (
     PER_TAG,
     CellAnswer,
     by_group,
-    cell_tags,
+    cell_bill,
     mix,
     n_mixes,
     tolerance_cents,
@@ -40,9 +41,7 @@ def regimes_record(
     """The map as one record."""
     plan = test_plan(study, len(candidates.numbers))
     named = sorted({i for answer in answers for i in (answer.search.winner, answer.search.lower_bound)} - {None})
-    prices = {i: _reference_price(study, candidates, floor, i) for i in named}
-    n_lines = max((len(price.lines) for price in prices.values()), default=0)
-    designs = {i: _design(candidates, floor, i, prices[i]) for i in named}
+    designs = {i: _design(study, candidates, floor, candidates.numbers[i]) for i in named}
     return Regimes(
         version=__version__,
         study_hash=digest,
@@ -50,11 +49,11 @@ def regimes_record(
         reference_floor=floor.name,
         reference_area_m2=float(f"{floor.area_m2:.9g}"),
         n_mixes=n_mixes(answer.site for answer in answers),
-        tolerance_cents=tolerance_cents(study.prices, n_lines),
+        tolerance_cents=tolerance_cents(study.prices),
         n_runs=sum(_most_runs(answers).values()),
         cells=[_cell(study, candidates, floor, answer) for answer in answers],
         designs=[designs[i] for i in named],
-        boundaries=_boundaries(candidates, answers, designs),
+        boundaries=_boundaries(answers, designs),
         **_declared(plan),
     )
 
@@ -73,28 +72,21 @@ def _most_runs(answers: tuple[CellAnswer, ...]) -> dict[int, int]:
     return most
 
 
-def _reference_price(study: Study, candidates: Candidates, floor: Floor, i: int) -> Cost:
-    """Price of one robot on the reference floor."""
-    number = candidates.numbers[i]
-    site = Site(1, floor.area_m2)
-    return price_design(study, candidates.designs[number], candidates.n_tags[number], site)
-
-
-def _design(candidates: Candidates, floor: Floor, i: int, price: Cost) -> RegimeDesign:
-    number = candidates.numbers[i]
-    design = candidates.designs[number]
+def _design(study: Study, candidates: Candidates, floor: Floor, number: int) -> RegimeDesign:
+    candidate = candidates.by_number[number]
+    design = candidate.design
     amounts = dict.fromkeys((PER_ROBOT, PER_TAG, PER_M2, PER_PROJECT), Decimal(0))
-    for line in price.lines:
+    for line in price_design(study, design, candidate.n_tags, Site(1, candidate.tagged_m2)).lines:
         amounts[line.group] += line.quantity * line.unit_price
     return RegimeDesign(
         number=number,
-        name=candidates.name(number),
+        name=candidate.name,
         layout=design.layout.name,
         antenna=design.antenna.name,
         pattern=design.pattern.name,
         tags_per_m2=float(f"{design.pattern.tags_per_m2:.9g}"),
         n_readers=design.layout.n_readers,
-        estimator=candidates.estimator(number),
+        estimator=candidate.estimator,
         per_robot=float(f"{amounts[PER_ROBOT]:.9g}"),
         per_m2=float(f"{float(amounts[PER_TAG] + amounts[PER_M2]) / floor.area_m2:.9g}"),
     )
@@ -105,9 +97,9 @@ def _cell(study: Study, candidates: Candidates, floor: Floor, answer: CellAnswer
     winner, bound = search.winner, search.lower_bound
     groups, n_tags, decision = dict.fromkeys((PER_ROBOT, PER_TAG, PER_M2, PER_PROJECT), 0), 0, None
     if winner is not None:
-        number, decision = candidates.numbers[winner], search.decisions[winner]
-        n_tags = cell_tags(candidates, number, floor, site)
-        groups = by_group(price_design(study, candidates.designs[number], n_tags, site))
+        candidate, decision = candidates.by_number[candidates.numbers[winner]], search.decisions[winner]
+        n_tags, own_site = cell_bill(candidate, floor, site)
+        groups = by_group(price_design(study, candidate.design, n_tags, own_site))
     return RegimeCell(
         n_robots=site.n_robots,
         area_m2=site.area_m2,
@@ -128,9 +120,7 @@ def _cell(study: Study, candidates: Candidates, floor: Floor, answer: CellAnswer
     )
 
 
-def _boundaries(
-    candidates: Candidates, answers: tuple[CellAnswer, ...], designs: dict[int, RegimeDesign]
-) -> list[RegimeBoundary]:
+def _boundaries(answers: tuple[CellAnswer, ...], designs: dict[int, RegimeDesign]) -> list[RegimeBoundary]:
     """Where winners of neighbouring mixes cost the same; of a mix's cells the largest tells, for it rounds least."""
     by_mix = {mix(answer.site): answer.search.winner for answer in sorted(answers, key=lambda one: one.site.area_m2)}
     winners = [by_mix[ratio] for ratio in sorted(by_mix)]

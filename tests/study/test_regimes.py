@@ -1,5 +1,6 @@
 """A map over fleets and floors: each cell is the search of that fleet and floor, and the claims hold of all at once."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,6 @@ from hypothesis import strategies as st
 
 from rfiddesign.cost import Site, cost
 from rfiddesign.errors import StudyError
-from rfiddesign.metrics import Requirement
 from rfiddesign.optimize import TestPlan, cheapest_certified
 from rfiddesign.report import write_report
 from rfiddesign.results.folder import read_record
@@ -17,13 +17,15 @@ from rfiddesign.results.regimes import Regimes
 from rfiddesign.results.study_result import StudyResult
 from rfiddesign.simulation.monte_carlo import Simulator
 from rfiddesign.study import load_study, pipeline, run_study
+from rfiddesign.study.candidates import find_candidates
 from rfiddesign.study.load import floor_of, scenario_of
-from rfiddesign.study.pipeline import find_candidates, price_design
-from rfiddesign.study.regimes import cell_cents, cell_tags, mix, n_mixes, tolerance_cents
+from rfiddesign.study.pipeline import price_design
+from rfiddesign.study.regimes import cell_bill, cell_cents, mix, n_mixes, tolerance_cents
 from rfiddesign.study.storage import RunTable
 
 TINY = Path(__file__).parents[1] / "tiny-study"
 ROBOTS = (1, 10, 40, 160)
+MAP = ("regimes.robots=[1, 4]", "regimes.areas_m2=[10.0, 20.0]")
 
 
 def study_with_map(folder=TINY):
@@ -82,8 +84,9 @@ def test_cells_decide_as_if_each_was_searched_alone(mapped, regimes, candidates)
         stored = table.runs()
 
     class Alone:
-        def passed(self, design, n_runs):
-            return passed_of(study.requirement, stored[found.numbers[design]][:n_runs])
+        def scores(self, design, n_runs):
+            runs = stored[0, found.numbers[design]][:n_runs]
+            return np.array([study.requirement.is_met(run) for run in runs], bool)
 
         def prefetch(self, requests):
             pass
@@ -96,18 +99,21 @@ def test_cells_decide_as_if_each_was_searched_alone(mapped, regimes, candidates)
         assert cents[alone.winner] == cell.cost_cents
 
 
-def passed_of(requirement: Requirement, runs) -> np.ndarray:
-    return np.array([requirement.is_met(run) for run in runs], bool)
-
-
 def test_prices_of_a_cell_are_those_of_a_bill_written_for_it(candidates):
     study, floor, found = candidates
     for site in (Site(1, 7.5), Site(40, floor.area_m2), Site(1000, 123456.78)):
         cents = cell_cents(study, found, floor, site)
-        for i, number in enumerate(found.numbers):
-            n_tags = cell_tags(found, number, floor, site)
-            assert n_tags == pytest.approx(found.n_tags[number] * site.area_m2 / floor.area_m2, abs=0.5)
-            assert cents[i] == price_design(study, found.designs[number], n_tags, site).total_cents
+        for i, candidate in enumerate(found.by_number.values()):
+            n_tags, own_site = cell_bill(candidate, floor, site)
+            assert n_tags == pytest.approx(candidate.n_tags * site.area_m2 / floor.area_m2, abs=0.5)
+            assert own_site == Site(site.n_robots, round(site.area_m2, 2))
+            assert cents[i] == price_design(study, candidate.design, n_tags, own_site).total_cents
+
+
+def test_a_design_that_covers_part_of_the_floor_covers_that_part_in_every_cell(candidates):
+    _, floor, found = candidates
+    candidate = replace(next(iter(found.by_number.values())), n_tags=120, tagged_m2=0.25 * floor.area_m2)
+    assert cell_bill(candidate, floor, Site(3, 10 * floor.area_m2)) == (1200, Site(3, round(2.5 * floor.area_m2, 2)))
 
 
 def test_two_workers_draw_the_same_map(mapped, tmp_path):
@@ -148,6 +154,14 @@ def test_a_map_that_makes_no_sense_is_refused_with_its_key(settings, key):
     assert str(caught.value.key).startswith(key)
 
 
+@pytest.mark.parametrize(
+    "setting", ["budget_runs=100", "budget_minutes=1.0", "cost_tolerance=0.02", 'assume=["fewer tags"]']
+)
+def test_a_map_needs_a_search_that_goes_on_to_the_cheapest(setting):
+    with pytest.raises(StudyError, match=f"without search.{setting.partition('=')[0]}"):
+        load_study(TINY, (*MAP, f"search.{setting}"))
+
+
 def test_mixes_are_counted_exactly():
     sites = [Site(n, area) for n in (1, 2, 4, 8) for area in (250.0, 500.0, 1000.0)]
     assert n_mixes(sites) == 6
@@ -171,23 +185,20 @@ def test_one_design_stands_for_all_cells_of_its_mix(candidates, holding, n_robot
     assert n_mixes(sites) == 1
     unrounded = [_unrounded(study, found, floor, i, sites[0]) for i in holding]
     stands = holding[int(np.argmin(unrounded))]
-    design = found.designs[found.numbers[stands]]
-    n_lines = len(cost(design, 1, sites[0], study.prices).lines)
     for site in sites:
         cents = cell_cents(study, found, floor, site)
-        assert cents[stands] <= cents[holding].min() + tolerance_cents(study.prices, n_lines)
+        assert cents[stands] <= cents[holding].min() + tolerance_cents(study.prices)
 
 
 def _unrounded(study, found, floor, i: int, site: Site) -> float:
     """Cents of a design's hardware and tags, tags in fractions, without rounding."""
-    number, prices = found.numbers[i], study.prices
-    design = found.designs[number]
+    candidate, prices = found.by_number[found.numbers[i]], study.prices
     a_robot = sum(
         line.quantity * line.unit_price
-        for line in cost(design, 0, Site(1, 1.0), prices).lines
+        for line in cost(candidate.design, 0, Site(1, 1.0), prices).lines
         if line.group == "per robot"
     )
-    tags = found.n_tags[number] * site.area_m2 / floor.area_m2
+    tags = candidate.n_tags * site.area_m2 / floor.area_m2
     return 100 * (site.n_robots * float(a_robot) + tags * float(prices.tag.amount + prices.tag_laying.amount))
 
 
@@ -195,7 +206,7 @@ class _Luck:
     def __init__(self, rows):
         self.rows = rows
 
-    def passed(self, design, n_runs):
+    def scores(self, design, n_runs):
         return self.rows[design, :n_runs]
 
     def prefetch(self, requests):
