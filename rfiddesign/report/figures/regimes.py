@@ -17,6 +17,7 @@ from rfiddesign.results.regimes import RegimeCell, RegimeDesign, Regimes
 #: Width of the map [in]: that of the page.
 MAP_WIDTH_IN = 2.1 * WIDTH_IN
 CELL_IN, AROUND_IN, LEGEND_LINE_IN = 0.44, 0.75, 0.2
+LEGEND_COLUMNS = 4
 HATCHES = ("", "////", "....", "\\\\\\\\", "xxxx", "----", "oooo")
 #: How far a family's colour is mixed with white, so that black words can be read on it.
 PALENESS = 0.6
@@ -30,7 +31,7 @@ PATTERN_LETTERS = {"square": "sq", "triangular": "tri", "random": "rnd", "stripe
 def regimes_figure(regimes: Regimes) -> Figure:
     """Draw the cheapest certified design of each cell: layout and antenna by colour, tags and price in words."""
     families = family_names(regimes)
-    n_columns = 3 if len(families) > 2 else max(len(families), 1)
+    n_columns = min(max(len(families), 1), LEGEND_COLUMNS)
     legend_in = LEGEND_LINE_IN * (1 + -(-len(families) // n_columns))
     figure = Figure(figsize=(MAP_WIDTH_IN, CELL_IN * len(regimes.fleets) + AROUND_IN + legend_in), layout="constrained")
     axes = figure.subplots()
