@@ -18,6 +18,7 @@ from rfiddesign.optimize.cheapest import (
     Claim,
     SearchResult,
     cheapest_certified,
+    conclude,
     next_best,
 )
 from rfiddesign.optimize.criteria import Criterion, MeanCriterion, ShareCriterion
@@ -51,6 +52,7 @@ __all__ = [
     "battery",
     "boundaries",
     "cheapest_certified",
+    "conclude",
     "decide",
     "error_probabilities",
     "expected_reads",

@@ -34,10 +34,14 @@ _SAME_MM = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Weaker:
-    """Which designs are assumed to be no better than each, and the tests with the evidence that this takes."""
+    """Which designs are assumed to be no better than each, and the tests with the evidence that this takes.
+
+    `refute_threshold` is that evidence, for one criterion.
+    """
 
     than: tuple[tuple[int, ...], ...]
     tests: Battery
+    refute_threshold: float
 
 
 def weaker_designs(
@@ -85,7 +89,8 @@ def weaker_designs(
     n_above = max(Counter(i for named in than for i in named).values(), default=0)
     if not n_above:
         return None
-    return Weaker(tuple(than), battery(replace(plan, alpha_refute=plan.alpha_refute / n_above)))
+    strict = replace(plan, alpha_refute=plan.alpha_refute / n_above)
+    return Weaker(tuple(than), battery(strict), strict.refute_threshold)
 
 
 def _antennas(design: Design) -> frozenset[tuple[int, int, int]]:

@@ -45,7 +45,7 @@ The walk is a function of the outcomes it consumes. Runs computed ahead, in othe
 interruption and never consumed change neither the result nor the counts in it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -281,12 +281,38 @@ def _posterior_mean(decision: Decision) -> float:
 
 
 def _result(walk: Walk, winner: int | None) -> SearchResult:
-    remaining = [d for d in walk.order if not walk.is_ruled_out(d)]
-    cheaper = [d for d in remaining if winner is None or walk.cost[d] < walk.cost[winner]]
+    found = conclude(walk.cost, walk.decisions, walk.assumed, (walk.rules.cost_tolerance, walk.tests.max_runs), winner)
+    return replace(found, strictly=walk.strictly)
+
+
+def conclude(
+    cost: Sequence[int],
+    decisions: dict[int, Decision],
+    assumed: dict[int, int],
+    limits: tuple[float, int],
+    winner: int | None,
+) -> SearchResult:
+    """What follows from the decisions on some designs.
+
+    Parameters
+    ----------
+    cost : costs of all designs [cent].
+    decisions : those that were tested.
+    assumed : those counted out by assumption, with the refuted design that this follows from.
+    limits : cost tolerance, and the cap of runs per design.
+    winner : the certified design that was chosen, None if there is none.
+    """
+    tolerance, max_runs = limits
+
+    def is_ruled_out(design: int) -> bool:
+        return design in assumed or decisions.get(design, UNTESTED).verdict == "refuted"
+
+    order = np.argsort(np.asarray(cost), kind="stable").tolist()
+    cheaper = [d for d in order if not is_ruled_out(d) and (winner is None or cost[d] < cost[winner])]
     lower_bound = cheaper[0] if cheaper else winner
-    is_stopped = any(walk.is_open(d) for d in cheaper)
+    is_stopped = any(decisions.get(d, UNTESTED).n_runs < max_runs for d in cheaper)
     if winner is not None:
-        is_close = walk.cost[winner] <= walk.cost[lower_bound] * (1 + walk.rules.cost_tolerance)
+        is_close = cost[winner] <= cost[lower_bound] * (1 + tolerance)
         claim: Claim = "certified, stopped by budget" if is_stopped else "certified, cheaper undecided"
         if is_close:
             claim = "cheapest within tolerance" if cheaper else "cheapest"
@@ -298,10 +324,9 @@ def _result(walk: Walk, winner: int | None) -> SearchResult:
         winner=winner,
         claim=claim,
         lower_bound=lower_bound,
-        undecided=tuple(d for d in cheaper if d in walk.decisions),
+        undecided=tuple(d for d in cheaper if d in decisions),
         runners_up=(),
-        decisions=walk.decisions,
-        n_untested=sum(d not in walk.decisions for d in cheaper),
-        assumed=walk.assumed,
-        strictly=walk.strictly,
+        decisions=decisions,
+        n_untested=sum(d not in decisions for d in cheaper),
+        assumed=assumed,
     )

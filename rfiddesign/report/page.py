@@ -10,16 +10,19 @@ from rfiddesign.report import tables
 from rfiddesign.report.album import pictures
 from rfiddesign.report.certificate import headline, how_tested, not_promised, promised
 from rfiddesign.report.contents import Answer, Contents, read_contents
+from rfiddesign.report.extra import Extra
+from rfiddesign.report.extras import extras
 from rfiddesign.report.fleets import fleet_sentences
 from rfiddesign.report.markup import Drawn, drawn_into, filled, style
-from rfiddesign.report.regimes import read_regimes, regimes_part, regimes_pictures, write_regimes_csv
 from rfiddesign.report.words import count, percent, requirement_words
 from rfiddesign.results.folder import COST, FIGURES, REPORT, write_text
-from rfiddesign.results.regimes import Regimes
+from rfiddesign.results.spreadsheet import write_cost_csv
+from rfiddesign.results.study_result import AnswerRecord
 from rfiddesign.units import flops, money
 
 TEMPLATE = "page.html.jinja"
 STYLE_SHEET = "page.css"
+STOPPED = "certified, stopped by budget"
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,7 @@ class AnswerPart:
     key: str
     fleet: str
     is_won: bool
+    status: str
     price: str
     design: str
     estimator: str
@@ -60,21 +64,22 @@ def write_report(folder: Path) -> Path:
     try:
         (folder / FIGURES).mkdir(exist_ok=True)
         drawn: dict[str, list[Drawn]] = defaultdict(list)
-        regimes = read_regimes(folder)
-        for picture in chain(pictures(contents), regimes_pictures(regimes)):
+        further = extras(contents)
+        for picture in chain(pictures(contents), *(extra.pictures for extra in further)):
             drawn[picture.topic].append(drawn_into(folder / FIGURES, picture))
         for answer in contents.answers:
             if answer.record.winner is not None:
                 estimator = contents.chosen_estimator(answer.record.winner)
-                tables.write_cost_csv(answer.folder / COST, answer.record, estimator)
-        write_regimes_csv(folder, regimes)
-        write_text(folder / REPORT, page(contents, drawn, regimes))
+                write_cost_csv(answer.folder / COST, answer.record, estimator)
+        for name, text in chain.from_iterable(extra.files for extra in further):
+            write_text(folder / name, text)
+        write_text(folder / REPORT, page(contents, drawn, further))
     except OSError as error:
         raise StudyError(f"cannot be written: {error.strerror}", file=error.filename or folder) from None
     return folder / REPORT
 
 
-def page(contents: Contents, drawn: dict[str, list[Drawn]], regimes: Regimes | None = None) -> str:
+def page(contents: Contents, drawn: dict[str, list[Drawn]], further: tuple[Extra, ...] = ()) -> str:
     """The page as HTML, with the figures of each topic in place."""
     result = contents.result
     return filled(
@@ -85,7 +90,7 @@ def page(contents: Contents, drawn: dict[str, list[Drawn]], regimes: Regimes | N
         requirement=requirement_words(result.requirement),
         answers=[_answer_part(contents, answer) for answer in contents.answers],
         drawn=drawn,
-        regimes=regimes_part(regimes),
+        extras=further,
         comparison=tables.comparison_table(contents) if len(contents.answers) > 1 else None,
         fleet_sentences=fleet_sentences(contents),
         fronts=tables.front_table(result),
@@ -106,10 +111,13 @@ def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
     bound = ""
     if record.lower_bound is not None and (winner is None or record.lower_bound.design != winner.design):
         bound = f"Whatever holds costs at least {money(record.lower_bound.cost_cents, record.currency)}."
+        if record.gap is not None:
+            bound += f" The gap to that bound is {percent(record.gap)}."
     return AnswerPart(
         key=answer.key,
         fleet=count(record.n_robots, "robot"),
         is_won=winner is not None,
+        status=_status(record),
         price=money(winner.cost_cents, record.currency) if winner else "No design certified",
         design=_design_words(contents, answer) if winner else "",
         estimator=_estimator_words(contents, answer),
@@ -123,6 +131,13 @@ def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
         warnings=tuple(record.coverage.warnings) if record.coverage else (),
         reads=_reads_words(answer),
     )
+
+
+def _status(record: AnswerRecord) -> str:
+    """What the design on show is, after the name of the fleet."""
+    if record.winner is None:
+        return ""
+    return ": cheapest certified so far" if record.claim == STOPPED else ": cheapest certified design"
 
 
 def _design_words(contents: Contents, answer: Answer) -> str:

@@ -5,14 +5,16 @@ import io
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import groupby
-from pathlib import Path
 
 from rfiddesign.report.album import Picture
+from rfiddesign.report.contents import Contents
+from rfiddesign.report.extra import Extra
 from rfiddesign.report.figures.regimes import price_per_m2_figure, regimes_figure, robots_share_figure
-from rfiddesign.report.tables import Table, plain_cell
-from rfiddesign.report.words import count, exact_amount, percent
-from rfiddesign.results.folder import REGIMES, REGIMES_CSV, read_record, write_text
+from rfiddesign.report.tables import Table
+from rfiddesign.report.words import count, percent
+from rfiddesign.results.folder import REGIMES, REGIMES_CSV, read_record
 from rfiddesign.results.regimes import RegimeCell, RegimeDesign, Regimes
+from rfiddesign.results.spreadsheet import exact_amount, plain_cell
 from rfiddesign.units import money
 
 CSV_HEADER = (
@@ -47,31 +49,36 @@ class RegimesPart:
     has_open: bool
 
 
-def read_regimes(folder: Path) -> Regimes | None:
+def regimes_section(contents: Contents) -> Extra | None:
     """The map of a result folder; None if its study asked for none."""
-    return read_record(folder / REGIMES, Regimes) if (folder / REGIMES).exists() else None
+    if not (contents.folder / REGIMES).exists():
+        return None
+    regimes = read_record(contents.folder / REGIMES, Regimes)
+    return Extra(
+        key="regimes",
+        title="Fleet or floor",
+        template="regimes.html.jinja",
+        part=regimes_part(regimes),
+        pictures=tuple(regimes_pictures(regimes)),
+        files=((REGIMES_CSV, regimes_csv(regimes)),),
+    )
 
 
-def regimes_pictures(regimes: Regimes | None) -> Iterator[Picture]:
-    """The figures of the map, if there is one."""
-    if regimes is None:
-        return
+def regimes_pictures(regimes: Regimes) -> Iterator[Picture]:
+    """The figures of the map."""
     caption = (
         "The cheapest certified design: tags per m² with their pattern (square, triangular, random) and the price in"
         f" {regimes.currency}. On a dashed line two neighbouring answers cost the same."
     )
     yield Picture(MAP, "regimes", caption, regimes_figure(regimes))
-    yield Picture(
-        SPLIT, "regimes-robots-share", "Share of the price spent on robots [%].", robots_share_figure(regimes)
-    )
+    caption = "Share of the price spent on robots [%]."
+    yield Picture(SPLIT, "regimes-robots-share", caption, robots_share_figure(regimes))
     caption = f"Price per m² of tagged floor [{regimes.currency}]."
     yield Picture(SPLIT, "regimes-price-per-m2", caption, price_per_m2_figure(regimes))
 
 
-def regimes_part(regimes: Regimes | None) -> RegimesPart | None:
-    """What the page says of the map, if there is one."""
-    if regimes is None:
-        return None
+def regimes_part(regimes: Regimes) -> RegimesPart:
+    """What the page says of the map."""
     return RegimesPart(
         reference=f"{regimes.reference_floor}, {regimes.reference_area_m2:,.0f} m²",
         bands=band_table(regimes),
@@ -157,12 +164,6 @@ def regimes_csv(regimes: Regimes) -> str:
         cells = _csv_cells(regimes, cell)
         writer.writerow(plain_cell(cells.get(name, "")) for name in CSV_HEADER)
     return text.getvalue()
-
-
-def write_regimes_csv(folder: Path, regimes: Regimes | None) -> None:
-    """Write the cells of a map, if there is one, as CSV, whole or not at all."""
-    if regimes is not None:
-        write_text(folder / REGIMES_CSV, regimes_csv(regimes))
 
 
 def _csv_cells(regimes: Regimes, cell: RegimeCell) -> dict[str, str]:

@@ -223,7 +223,7 @@ def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
     found = fronts(findings.study, findings.candidates, answer, findings.runs)
 
     def decision(index: int | None) -> records.DecisionRecord | None:
-        return None if index is None else _decision(answer, numbers[index], search.decisions.get(index))
+        return None if index is None else decision_record(answer, numbers[index], search.decisions.get(index))
 
     winner = None if search.winner is None else numbers[search.winner]
     price = None if winner is None else answer.costs[winner]
@@ -233,7 +233,7 @@ def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
         claim=search.claim,
         claim_words=CLAIMS[search.claim],
         winner=decision(search.winner),
-        cost_lines=[] if price is None else _cost_lines(price),
+        cost_lines=[] if price is None else cost_line_records(price),
         runners_up=[decision(index) for index in search.runners_up],
         lower_bound=decision(search.lower_bound),
         undecided=[decision(index) for index in search.undecided],
@@ -268,11 +268,12 @@ def _front(findings: Findings, answer: Answer, front: Front) -> records.FrontRec
     return records.FrontRecord(
         factor=front.factor,
         limits=_limits(findings.study.requirement.scaled(front.factor)),
-        decision=None if front.number is None else _decision(answer, front.number, front.decision),
+        decision=None if front.number is None else decision_record(answer, front.number, front.decision),
     )
 
 
-def _decision(answer: Answer, number: int, decision: Decision | None) -> records.DecisionRecord:
+def decision_record(answer: Answer, number: int, decision: Decision | None) -> records.DecisionRecord:
+    """What was decided of a design, nothing where it was not tested."""
     decision = decision or Decision("undecided", 0, 0)
     return records.DecisionRecord(
         design=number,
@@ -284,7 +285,8 @@ def _decision(answer: Answer, number: int, decision: Decision | None) -> records
     )
 
 
-def _cost_lines(price: Cost) -> list[records.CostLineRecord]:
+def cost_line_records(price: Cost) -> list[records.CostLineRecord]:
+    """The lines of a cost, exact."""
     return [
         records.CostLineRecord(
             group=line.group,

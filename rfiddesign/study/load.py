@@ -58,12 +58,7 @@ class Study:
     @property
     def criteria(self) -> Criteria:
         """All that the study asks of a design."""
-        search = self.file.search
-        return Criteria(
-            self.requirement, search.hold_probability, search.fail_probability,
-            tuple(further_limit(section) for section in self.file.requirements),
-            (BASE, *(name for name, _ in self.further)),
-        )  # fmt: skip
+        return criteria_of(self.file)
 
     @property
     def name(self) -> str:
@@ -74,6 +69,16 @@ class Study:
     def footprint(self) -> Polygon:
         """The robot's footprint, centred [mm]."""
         return shapely.Point(0, 0).buffer(self.file.robot.footprint_radius_mm, quad_segs=_DISC_SEGMENTS)
+
+
+def criteria_of(file: StudyFile) -> Criteria:
+    """All that a study file asks of a design."""
+    search = file.search
+    return Criteria(
+        _requirement(file.requirement), search.hold_probability, search.fail_probability,
+        tuple(further_limit(section) for section in file.requirements),
+        (BASE, *(scenario.name for scenario in file.scenarios)),
+    )  # fmt: skip
 
 
 def load_study(path: str | Path, settings: tuple[str, ...] = ()) -> Study:
@@ -89,11 +94,11 @@ def load_study(path: str | Path, settings: tuple[str, ...] = ()) -> Study:
     except OSError as error:
         raise StudyError(f"cannot be read: {error.strerror}", file=path) from None
     data = apply_overrides(read_toml(path), settings)
-    study = _study(path, data)
-    return replace(study, variants=read_variants(study, data, lambda changed: _study(path, changed)))
+    study = study_of(path, data)
+    return replace(study, variants=read_variants(study, data, lambda changed: study_of(path, changed)))
 
 
-def _study(path: Path, data: dict[str, Any]) -> Study:
+def study_of(path: Path, data: dict[str, Any]) -> Study:
     """The study that a file's data are, without its variants."""
     file = validate(StudyFile, data, path)
     requirement = _checked(path, "requirement", lambda: _requirement(file.requirement))

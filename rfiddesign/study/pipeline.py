@@ -87,24 +87,32 @@ class Front:
 
 def study_hash(study: Study) -> str:
     """Hash of everything that the answer depends on: study, prices, catalog, map and version of the program."""
-    digest = hashlib.sha256()
-    parts = [
-        __version__,
-        str(RUNS_FORMAT),
-        repr(antennas()),
-        repr(readers()),
-        study.file.model_dump_json(),
-        repr(study.prices),
-    ]
-    for part in parts:
-        digest.update(part.encode())
-        digest.update(b"\0")
+    return joined_hash(hash_parts(study))
+
+
+def hash_parts(study: Study) -> dict[str, str]:
+    """Hashes of the parts that an answer depends on, by what they are."""
+    parts = {
+        "program": hash_of(f"{__version__} {RUNS_FORMAT}"),
+        "catalog": hash_of(repr(antennas()) + repr(readers())),
+        "study": hash_of(study.file.model_dump_json()),
+        "prices": hash_of(repr(study.prices)),
+    }
     if study.file.floor.map is not None:
         plan = read_ros_map(study.path.parent / study.file.floor.map)
         rules = (plan.resolution_m, plan.origin_m_rad, plan.is_negated, plan.occupied_thresh, plan.free_thresh)
-        digest.update(repr((plan.grey.shape, *rules)).encode())
-        digest.update(plan.grey.tobytes())
-    return digest.hexdigest()
+        parts["map"] = hash_of(repr((plan.grey.shape, *rules)).encode() + plan.grey.tobytes())
+    return parts
+
+
+def hash_of(content: str | bytes) -> str:
+    """Hash of some content."""
+    return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()
+
+
+def joined_hash(parts: dict[str, str]) -> str:
+    """One hash of the hashes of parts."""
+    return hash_of("\0".join(f"{name}={digest}" for name, digest in parts.items()))
 
 
 def test_plan(study: Study, n_designs: int) -> TestPlan:

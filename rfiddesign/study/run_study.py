@@ -22,6 +22,7 @@ from rfiddesign.simulation.monte_carlo import Simulator
 from rfiddesign.study import claim
 from rfiddesign.study.budget import Budget
 from rfiddesign.study.candidates import Candidates, find_candidates
+from rfiddesign.study.certificate import certificate
 from rfiddesign.study.document import Findings, about, chosen_design, study_result, traces_record
 from rfiddesign.study.load import Study, floor_of, map_thresholds, scenario_of
 from rfiddesign.study.outcomes import StoredRuns
@@ -104,6 +105,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         _save_plan(out, floor)
         save_regimes(out, study, candidates, floor, cells, digest)
         _save_computing(out, findings)
+        files.write_record(out / files.CERTIFICATE, certificate(findings, result))
         files.write_record(out / files.RESULT, result)
         session = Session(workers, time.perf_counter() - begin, runs.n_simulated, n_before)
     _save_provenance(out, study, session)

@@ -45,6 +45,8 @@ class RunTable:
         try:
             rows = self._connection.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY scenario, design, run")
             for scenario, design, run, *values in rows:
+                if not all(isinstance(value, int | float) for value in values):
+                    raise StudyError(f"run {run} of design {design} is not all numbers", file=self._path)
                 kept = found.setdefault((scenario, design), [])
                 if run == len(kept):
                     kept.append(_metrics(values))

@@ -1,7 +1,6 @@
 """The walk to the cheapest certified design: what it claims, how often it errs, and what alone can move it."""
 
 from contextlib import suppress
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -13,33 +12,9 @@ from rfiddesign.optimize import cheapest, walk
 from rfiddesign.optimize.certify import TestPlan, operating_characteristic
 from rfiddesign.optimize.cheapest import CLAIMS, cheapest_certified, next_best
 from rfiddesign.optimize.walk import SearchRules
+from tests.optimize.known_outcomes import Table, draw
 
 N_STUDIES = 2000
-
-
-@dataclass
-class Table:
-    """Outcomes known beforehand, shape (designs, runs); remembers what it was asked."""
-
-    rows: np.ndarray
-    n_asked: dict[int, int] = field(default_factory=dict)
-    n_hinted: int = 0
-    interrupted_after: float = np.inf
-
-    def scores(self, design, n_runs):
-        self.interrupted_after -= 1
-        if self.interrupted_after < 0:
-            raise KeyboardInterrupt
-        self.n_asked[design] = max(n_runs, self.n_asked.get(design, 0))
-        return self.rows[design, :n_runs]
-
-    def prefetch(self, requests):
-        self.n_hinted += len(requests)
-
-
-def draw(pass_probabilities, seed, n_runs=1000):
-    p = np.asarray(pass_probabilities)
-    return np.random.Generator(np.random.PCG64(seed)).random((len(p), n_runs)) < p[:, None]
 
 
 def studies(cost, pass_probabilities, plan, n_studies=N_STUDIES):
