@@ -31,11 +31,23 @@ from rfiddesign.geometry.patterns import (
 )
 from rfiddesign.geometry.polygon_area import PolygonArea
 from rfiddesign.geometry.probability_map import ProbabilityMap
+from rfiddesign.geometry.route_coverage import coverage_along, coverage_on_way
+from rfiddesign.geometry.route_patterns import (
+    ON_ROUTES,
+    OnRoutesPattern,
+    PlacedPattern,
+    PlannedPattern,
+    RouteStrip,
+    on_routes,
+    pattern_beneath,
+    tagged_mm2,
+)
 from rfiddesign.geometry.se2 import between, compose, inverse, to_local, transform_points, wrap_angle
 
 __all__ = [
     "LAYOUTS",
     "LAYOUT_KINDS",
+    "ON_ROUTES",
     "PATTERN_KINDS",
     "Aliasing",
     "Coverage",
@@ -46,6 +58,9 @@ __all__ = [
     "Lattice",
     "LatticePattern",
     "ListedPattern",
+    "OnRoutesPattern",
+    "PlacedPattern",
+    "PlannedPattern",
     "PolygonArea",
     "ProbabilityMap",
     "RandomPattern",
@@ -53,6 +68,7 @@ __all__ = [
     "Rectangle",
     "Ring",
     "RoundedRectangle",
+    "RouteStrip",
     "TagPattern",
     "ThinnedPattern",
     "aliased_headings",
@@ -64,7 +80,9 @@ __all__ = [
     "check_layout",
     "compose",
     "coverage",
+    "coverage_along",
     "coverage_by_heading",
+    "coverage_on_way",
     "cross",
     "displaced",
     "grid",
@@ -73,9 +91,12 @@ __all__ = [
     "listed",
     "make_layout",
     "make_pattern",
+    "on_routes",
+    "pattern_beneath",
     "ring",
     "single",
     "sphere_floor_disc",
+    "tagged_mm2",
     "to_local",
     "transform_points",
     "wrap_angle",

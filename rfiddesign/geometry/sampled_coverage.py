@@ -66,7 +66,14 @@ def _tiles(layout: ReaderLayout, area: DetectionArea, pattern: TagPattern) -> ND
 def _tile_levels(
     layout: ReaderLayout, area: DetectionArea, tree: cKDTree, tile: NDArray, shift: NDArray, k_max: int
 ) -> NDArray:
-    poses = _spread(POSES_PER_TILE, shift) * [*(tile[2:] - tile[:2]), 2 * math.pi] + [*tile[:2], 0.0]
+    poses = spread(POSES_PER_TILE, shift) * [*(tile[2:] - tile[:2]), 2 * math.pi] + [*tile[:2], 0.0]
+    return view_levels(layout, area, tree, poses, k_max)
+
+
+def view_levels(
+    layout: ReaderLayout, area: DetectionArea, tree: cKDTree, poses: NDArray, k_max: int
+) -> NDArray[np.float64]:
+    """What the antennas see of the tags in `tree` from poses (n, 3), as `coverage_by_heading` lists it."""
     antennas = compose(poses[:, None], layout.poses_mm).reshape(-1, 3)
     chunks = [antennas[at : at + CHUNK] for at in range(0, len(antennas), CHUNK)]
     in_view = np.concatenate([_tags_in_view(chunk, area, tree) for chunk in chunks]).reshape(len(poses), -1)
@@ -81,7 +88,13 @@ def _tags_in_view(antennas: NDArray, area: DetectionArea, tree: cKDTree) -> NDAr
     return np.bincount(near["i"][is_seen], minlength=len(antennas))
 
 
-def _spread(n: int, shift: NDArray) -> NDArray:
-    """Return n points (n, 3) evenly spread over the unit cube: multiples of powers of the root of x^4 = x + 1."""
-    root = 1.2207440846057596
-    return (shift + np.arange(n)[:, None] / root ** np.arange(1, 4)) % 1.0
+def spread(n: int, shift: NDArray) -> NDArray:
+    """Return n points (n, d) evenly spread over the unit cube of d = len(shift) dimensions.
+
+    Multiples of the powers of the root of x^(d + 1) = x + 1 (M. Roberts, "The unreasonable effectiveness of
+    quasirandom sequences", 2018).
+    """
+    root = 1.0
+    for _ in range(64):
+        root = (1.0 + root) ** (1.0 / (len(shift) + 1))
+    return (shift + np.arange(n)[:, None] / root ** np.arange(1, len(shift) + 1)) % 1.0

@@ -9,7 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from rfiddesign.design import Design
-from rfiddesign.geometry import coverage, single
+from rfiddesign.geometry import (
+    DetectionArea,
+    PlacedPattern,
+    ReaderLayout,
+    TagPattern,
+    coverage_on_way,
+    pattern_beneath,
+    single,
+)
 
 
 @dataclass(frozen=True)
@@ -31,14 +39,20 @@ class Screen:
 def expected_reads(designs: tuple[Design, ...], mapped: Callable[..., Iterable] = map) -> np.ndarray:
     """Expected reads per poll of all readers of each design, over lattice phases and headings, shape (n,).
 
-    A mean does not ask how readers depend on each other: it is the number of readers times one reader's.  `mapped` is
-    `map`, or one that uses several cores.
+    A mean does not ask how readers depend on each other: it is the number of readers times one reader's, but where tags
+    were placed along routes for these very readers; then it is over places on the routes.  `mapped` is `map`, or one
+    that uses several cores.
     """
-    one = single()
-    views = list(dict.fromkeys((design.antenna.area, design.pattern) for design in designs))
-    found = mapped(lambda view: coverage(one, *view).expected_reads, views)
-    per_reader = dict(zip(views, found, strict=True))
-    return np.array([d.layout.n_readers * per_reader[d.antenna.area, d.pattern] for d in designs])
+    views = [_view(design) for design in designs]
+    found = mapped(lambda view: coverage_on_way(*view).expected_reads, list(dict.fromkeys(views)))
+    reads = dict(zip(dict.fromkeys(views), found, strict=True))
+    return np.array([d.layout.n_readers / v[0].n_readers * reads[v] for d, v in zip(designs, views, strict=True)])
+
+
+def _view(design: Design) -> tuple[ReaderLayout, DetectionArea, TagPattern]:
+    """What tells how much a reader of a design sees, the same for as many designs as possible."""
+    pattern = pattern_beneath(design.pattern)
+    return design.layout if isinstance(pattern, PlacedPattern) else single(), design.antenna.area, pattern
 
 
 def screen_by_reads(reads: np.ndarray, minimum: float) -> tuple[np.ndarray, Screen]:

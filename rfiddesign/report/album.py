@@ -19,7 +19,7 @@ from rfiddesign.report.figures import (
     layout_figure,
     tags_figure,
 )
-from rfiddesign.report.figures.place import standing_place
+from rfiddesign.report.figures.place import place_on_route, standing_place
 from rfiddesign.report.words import count, in_unit, limit_of, plotted_metric
 
 
@@ -63,6 +63,8 @@ def pictures(contents: Contents) -> Iterator[Picture]:
 def _design_pictures(contents: Contents, answer: Answer, whose: str) -> Iterator[Picture]:
     chosen, tags = answer.chosen, answer.tags_mm
     place = standing_place(contents.plan.navigable)
+    if contents.routes is not None:
+        place = place_on_route(contents.routes.network, place)
     figure = layout_figure(chosen, tags - np.array(place))
     yield Picture("layout", f"layout-{answer.key}", f"{whose}{chosen.layout}, seen from above.", figure)
     figure = tags_figure(contents.plan.drivable, tags, chosen, place)
@@ -75,9 +77,13 @@ def _design_pictures(contents: Contents, answer: Answer, whose: str) -> Iterator
         yield Picture(
             "coverage", f"coverage-{answer.key}", f"{whose}readers that see a tag, by the robot's place.", figure
         )
-        yield Picture(
-            "drives", f"blind-distance-{answer.key}", f"{whose}distance driven without a read.", drives_figure(coverage)
-        )
+        if coverage.drives:
+            yield Picture(
+                "drives",
+                f"blind-distance-{answer.key}",
+                f"{whose}distance driven without a read.",
+                drives_figure(coverage),
+            )
     if answer.traces:
         figure = error_curves_figure(answer.traces, contents.result.requirement)
         yield Picture(

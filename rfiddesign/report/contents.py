@@ -18,11 +18,13 @@ from rfiddesign.results.folder import (
     MAX_BYTES,
     PLAN,
     RESULT,
+    ROUTES,
     TAGS,
     TRACES,
     answer_folder,
     read_record,
 )
+from rfiddesign.results.routes import RoutesRecord
 from rfiddesign.results.study_result import (
     AnswerRecord,
     ChosenDesign,
@@ -73,12 +75,13 @@ class Answer:
 
 @dataclass(frozen=True)
 class Contents:
-    """A result folder. `plan` is None where no answer has a winner."""
+    """A result folder. `plan` is None where no answer has a winner, `routes` where robots drive anywhere."""
 
     folder: Path
     result: StudyResult
     plan: Plan | None
     answers: tuple[Answer, ...]
+    routes: RoutesRecord | None = None
 
     def design(self, decision: DecisionRecord) -> DesignRecord:
         """The design that a decision is about."""
@@ -106,7 +109,8 @@ def read_contents(folder: Path) -> Contents:
         for i, record in enumerate(result.answers)
     )
     is_any_won = any(answer.chosen is not None for answer in answers)
-    return Contents(folder, result, read_plan(folder / PLAN) if is_any_won else None, answers)
+    routes = read_record(folder / ROUTES, RoutesRecord) if (folder / ROUTES).exists() else None
+    return Contents(folder, result, read_plan(folder / PLAN) if is_any_won else None, answers, routes)
 
 
 def read_plan(path: Path) -> Plan:

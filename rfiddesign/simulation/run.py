@@ -18,9 +18,8 @@ from rfiddesign.models.robot import Robot
 from rfiddesign.numerics._noise_kernels import STREAM_MANNER, STREAM_ROUTE, fill_fine_uniform, run_key, step_key
 from rfiddesign.simulation import _run_kernels as kernels
 from rfiddesign.simulation._recording_kernels import pose_errors
-from rfiddesign.simulation.fixed_route import FixedRoute
 from rfiddesign.simulation.record import Rig, installed, record_with, rig_of
-from rfiddesign.simulation.scenario import Scenario
+from rfiddesign.simulation.scenario import Routes, Scenario
 from rfiddesign.simulation.trajectory import drive, route_length_mm
 
 # Steps between two looks at whether the run has certainly failed.
@@ -45,7 +44,7 @@ class Trace:
 def true_poses(scenario: Scenario, seed: int, run: int) -> np.ndarray:
     """Poses (n_steps + 1, 3) of run `run`, the same for every design."""
     key, routes = key_of(seed, run), scenario.routes
-    if isinstance(routes, FixedRoute):
+    if not isinstance(routes, Routes):
         return routes.poses(key, scenario.dt_s, scenario.n_steps)
     draws = np.empty(4)
     fill_fine_uniform(np.uint64(step_key(key, STREAM_MANNER, 0)), draws)

@@ -9,7 +9,8 @@ from rfiddesign.floor import Floor
 from rfiddesign.models.motion import Motion, OdometryFaults, OmnidirectionalMotion
 from rfiddesign.models.reads import ReadModel
 from rfiddesign.simulation.fixed_route import FixedRoute
-from rfiddesign.simulation.trajectory import HEADINGS
+from rfiddesign.simulation.network_drive import NetworkDrive
+from rfiddesign.simulation.trajectory import HEADINGS, check_manner
 
 STARTS = ("known", "unknown", "two_tags")
 MAX_STEPS = 200_000
@@ -34,14 +35,8 @@ class Routes:
     turn_rate_rad_per_s: float = 1.0
 
     def __post_init__(self) -> None:
-        if not self.speeds_mm_per_s:
-            raise ValueError("speeds_mm_per_s is empty, must hold at least one speed")
-        for speed in self.speeds_mm_per_s:
-            require.within("speeds_mm_per_s", speed, low=0.0, high=10_000.0, is_low_open=True)
+        check_manner(self.speeds_mm_per_s, self.headings, self.turn_rate_rad_per_s)
         require.within("aligned_share", self.aligned_share, low=0.0, high=1.0)
-        if not self.headings or any(heading not in HEADINGS for heading in self.headings):
-            raise ValueError(f"headings are {list(self.headings)}, must be one or more of {', '.join(HEADINGS)}")
-        require.within("turn_rate_rad_per_s", self.turn_rate_rad_per_s, low=1e-3, high=100.0)
 
 
 @dataclass(frozen=True)
@@ -92,7 +87,7 @@ class Scenario:
     """
 
     floor: Floor
-    routes: Routes | FixedRoute = field(default_factory=Routes)
+    routes: Routes | FixedRoute | NetworkDrive = field(default_factory=Routes)
     world: World = field(default_factory=World)
     estimator: Settings = field(default_factory=Mcl)
     start: str = "known"

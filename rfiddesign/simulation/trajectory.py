@@ -4,9 +4,21 @@ import math
 
 import numpy as np
 
+from rfiddesign import require
 from rfiddesign.simulation import _trajectory_kernels as kernels
 
 HEADINGS = ("along", "constant")
+
+
+def check_manner(speeds_mm_per_s: tuple[float, ...], headings: tuple[str, ...], turn_rate_rad_per_s: float) -> None:
+    """Raise ValueError unless there are speeds and manners of heading to draw from, and turns in place end."""
+    if not speeds_mm_per_s:
+        raise ValueError("speeds_mm_per_s is empty, must hold at least one speed")
+    for speed in speeds_mm_per_s:
+        require.within("speeds_mm_per_s", speed, low=0.0, high=10_000.0, is_low_open=True)
+    if not headings or any(heading not in HEADINGS for heading in headings):
+        raise ValueError(f"headings are {list(headings)}, must be one or more of {', '.join(HEADINGS)}")
+    require.within("turn_rate_rad_per_s", turn_rate_rad_per_s, low=1e-3, high=100.0)
 
 
 def drive(

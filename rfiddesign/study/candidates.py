@@ -8,12 +8,15 @@ from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
 from rfiddesign.estimators.registry import Settings
 from rfiddesign.floor import Floor
+from rfiddesign.geometry import tagged_mm2
 from rfiddesign.optimize import Screen, Unbuildable, expected_reads, screen_by_reads, unbuildable
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.scenario import Scenario
 from rfiddesign.study.estimators import estimators_of
 from rfiddesign.study.load import Study, check_tag_count, scenarios_of, space_of
+from rfiddesign.study.route_placement import place_planned
 from rfiddesign.study.stages import OnStage, Stage
+from rfiddesign.units import MM2_PER_M2
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,18 +94,20 @@ def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: 
     ------
     StudyError : if nothing is left to test, or a floor would take too many tags.
     """
-    space = space_of(study)
+    space = space_of(study, floor)
     for pattern in space.patterns:
         check_tag_count(study, pattern, floor, "space.tags_per_m2")
     misfits = unbuildable(space, study.footprint)
     ruled_out = frozenset().union(*(misfit.numbers for misfit in misfits))
     found = space.candidates()
     built = [i for i in range(len(found)) if i not in ruled_out]
+    placed = place_planned(study, floor, {i: found[i][0] for i in built}, simulator, on_stage)
+    built, misfits = list(placed.designs), (*misfits, *placed.unbuildable)
     if not built:
         raise StudyError(f"no design can be built: {misfits[0].reason}", file=study.path, key="space")
     on_stage(Stage(f"screening {len(built):,} designs by what their antennas see"))
     minimum = study.file.search.min_expected_reads
-    designs = tuple(found[i][0] for i in built)
+    designs = tuple(placed.designs.values())
     search = study.file.search
     is_needed = bool(minimum > 0 or search.is_short or search.assume)
     # Where nobody asks what they read, all that can be said is that no screen removes them.
@@ -111,17 +116,19 @@ def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: 
     numbers = tuple(i for i, kept in zip(built, is_kept, strict=True) if kept)
     if not numbers:
         raise StudyError(f"every design has {screen.rule}", file=study.path, key="search.min_expected_reads")
-    on_stage(Stage(f"laying tags for {len(space.patterns)} patterns"))
-    counts = simulator.map(lambda pattern: simulator.tags(pattern).n_tags, space.patterns)
-    n_tags = dict(zip(space.patterns, counts, strict=True))
+    patterns = list(dict.fromkeys(placed.designs[number].pattern for number in numbers))
+    on_stage(Stage(f"laying tags for {len(patterns)} patterns"))
+    counts = simulator.map(lambda pattern: simulator.tags(pattern).n_tags, patterns)
+    n_tags = dict(zip(patterns, counts, strict=True))
     settings = estimators_of(study.file, study.file.world, study.file.scenario.fastest_mm_per_s)
     scenarios = scenarios_of(study, floor)
     by_number = {}
     for number in numbers:
-        design, estimator = found[number]
+        design, estimator = placed.designs[number], found[number][1]
+        tagged_m2 = tagged_mm2(design.pattern, floor.drivable.area) / MM2_PER_M2
         name = f"{design.name}, {estimator}" if len(settings) > 1 else design.name
         by_number[number] = Candidate(
-            name, design, estimator, settings[estimator], n_tags[design.pattern], floor.area_m2, scenarios
+            name, design, estimator, settings[estimator], n_tags[design.pattern], tagged_m2, scenarios
         )
     promise = dict(zip(numbers, reads[is_kept].tolist(), strict=True)) if is_needed else {}
     return Candidates(tuple(settings.items()), space.size, misfits, (screen,), by_number, promise)

@@ -59,7 +59,7 @@ def check_search(study: Study, floor: Floor) -> tuple[Space, tuple[Unbuildable, 
     ------
     StudyError : if nothing can be built, or the floor would take too many tags or no route.
     """
-    space = space_of(study)
+    space = space_of(study, floor)
     for pattern in space.patterns:
         check_tag_count(study, pattern, floor, "space.tags_per_m2")
     misfits = unbuildable(space, study.footprint)

@@ -14,8 +14,19 @@ from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption
 from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
 from rfiddesign.study.regimes_config import RegimesSection, check_whole
 from rfiddesign.study.requirements_config import FurtherRequirement
+from rfiddesign.study.routes_config import RoutesSection
 from rfiddesign.study.scenarios_config import Scenarios
-from rfiddesign.study.sections import Density, Name, NotNegative, PatternKind, Pitch, Positive, Section, Share
+from rfiddesign.study.sections import (
+    Density,
+    Name,
+    NotNegative,
+    PatternKind,
+    Pitch,
+    Positive,
+    RoutePatternKind,
+    Section,
+    Share,
+)
 from rfiddesign.study.variants_config import ComparisonSection, Variants
 from rfiddesign.study.world_config import WorldSection
 
@@ -98,6 +109,9 @@ class ScenarioSection(Section):
         ["along", "constant"]
     )
     turn_rate_deg_per_s: Annotated[float, Field(ge=0.1, le=3600)] = 60.0
+    drive: Literal["floor", "routes"] | None = Field(
+        None, description="anywhere on the floor, or along [routes]; default: along routes if the study has any"
+    )
 
     @property
     def fastest_mm_per_s(self) -> float:
@@ -126,7 +140,7 @@ class SpaceSection(Section):
 
     layout: Annotated[list[Name], Field(min_length=1, max_length=1000)]
     antenna: Annotated[list[Name], Field(min_length=1, max_length=100)]
-    pattern: Annotated[list[PatternKind], Field(min_length=1, max_length=10)]
+    pattern: Annotated[list[PatternKind | RoutePatternKind], Field(min_length=1, max_length=10)]
     tags_per_m2: Annotated[list[Density], Field(min_length=1, max_length=1000)]
     estimator: Annotated[list[EstimatorName], Field(min_length=1, max_length=20)] | None = Field(
         None,
@@ -205,6 +219,7 @@ class StudyFile(EstimatorChoice):
         [], description="limits on means and quantiles over all drives, beside those that each drive must keep"
     )
     scenario: ScenarioSection = ScenarioSection()
+    routes: RoutesSection | None = Field(None, description="stations, and the routes that robots drive between them")
     scenarios: Scenarios = Field([], description="more scenarios, each of which a design must hold in, too")
     world: WorldSection = WorldSection()
     design: DesignSection = DesignSection()
@@ -220,6 +235,20 @@ class StudyFile(EstimatorChoice):
     def estimator_names(self) -> tuple[str, ...]:
         """The estimators that may be on the robots, the preferred one first."""
         return tuple(self.space.estimator or AUTO_ESTIMATORS) if self.estimator == AUTO else (self.estimator,)
+
+    @property
+    def drives_on_routes(self) -> bool:
+        """Whether robots keep to the study's routes."""
+        return self.routes is not None and self.scenario.drive != "floor"
+
+    @model_validator(mode="after")
+    def _routes_for_all(self) -> "StudyFile":
+        if self.routes is None and self.scenario.drive == "routes":
+            raise ValueError('scenario.drive = "routes" needs a section [routes]')
+        named = [kind for kind in self.space.pattern if kind.endswith("routes")]
+        if named and not self.drives_on_routes:
+            raise ValueError(f'space.pattern "{named[0]}" needs robots that drive along a section [routes]')
+        return self
 
     @model_validator(mode="after")
     def _open_estimator(self) -> "StudyFile":

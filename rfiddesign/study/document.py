@@ -9,7 +9,15 @@ from rfiddesign.cost import Cost
 from rfiddesign.design import Design
 from rfiddesign.evaluate import Evaluation
 from rfiddesign.floor import AreaRow, Floor
-from rfiddesign.geometry import Aliasing, aliased_headings, blind_corridors, blind_distances, coverage
+from rfiddesign.geometry import (
+    Aliasing,
+    PlacedPattern,
+    aliased_headings,
+    blind_corridors,
+    blind_distances,
+    coverage_on_way,
+    pattern_beneath,
+)
 from rfiddesign.metrics import Requirement, RunMetrics
 from rfiddesign.optimize import ASSUMPTIONS, CLAIMS, Decision, ShareCriterion, TestPlan
 from rfiddesign.results import study_result as records
@@ -156,15 +164,21 @@ def antenna_poses(design: Design) -> list[records.AntennaPose]:
 
 
 def blind_records(design: Design) -> tuple[tuple[Aliasing, ...], tuple[Aliasing, ...]]:
-    """Lanes never read that another spacing of the antennas would close, and lanes for which there are too few."""
-    seen = (design.layout, design.antenna.area, design.pattern)
+    """Lanes never read that another spacing of the antennas would close, and lanes for which there are too few.
+
+    None where tags were placed one by one along routes: their lanes do not go on for ever.
+    """
+    if isinstance(design.pattern, PlacedPattern):
+        return (), ()
+    seen = (design.layout, design.antenna.area, pattern_beneath(design.pattern))
     return aliased_headings(*seen, limit_mm=BLIND_LIMIT_MM), blind_corridors(*seen, limit_mm=BLIND_LIMIT_MM)
 
 
 def coverage_record(design: Design, blind: tuple[Aliasing, ...]) -> records.CoverageRecord:
     """What the antennas of a design see of its tags, with a warning for each of its blind lanes."""
-    seen = (design.layout, design.antenna.area, design.pattern)
-    total = coverage(*seen)
+    seen = (design.layout, design.antenna.area, pattern_beneath(design.pattern))
+    total = coverage_on_way(*seen)
+    drives = () if isinstance(design.pattern, PlacedPattern) else blind_distances(*seen, limit_mm=BLIND_LIMIT_MM)
     return records.CoverageRecord(
         k_coverage=[rounded(share) for share in total.k_coverage],
         expected_reads=rounded(total.expected_reads),
@@ -180,7 +194,7 @@ def coverage_record(design: Design, blind: tuple[Aliasing, ...]) -> records.Cove
                 share_over_limit=rounded(drive.share_over_limit),
                 is_aligned=drive.is_aligned,
             )
-            for drive in blind_distances(*seen, limit_mm=BLIND_LIMIT_MM)
+            for drive in drives
         ],
         warnings=[found.message for found in blind],
     )

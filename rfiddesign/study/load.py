@@ -14,18 +14,21 @@ from rfiddesign.cost import Price, PriceList
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
 from rfiddesign.floor import Floor, MapThresholds, floor_from_map, read_ros_map, rectangle_floor
-from rfiddesign.geometry import LAYOUTS, ReaderLayout, TagPattern, make_layout, make_pattern
+from rfiddesign.geometry import LAYOUTS, ReaderLayout, TagPattern, make_layout, make_pattern, tagged_mm2
 from rfiddesign.metrics import Requirement
 from rfiddesign.optimize import Space
 from rfiddesign.simulation.run import true_poses
-from rfiddesign.simulation.scenario import Routes, Scenario
+from rfiddesign.simulation.scenario import Scenario
+from rfiddesign.study.checked import checked as _checked
 from rfiddesign.study.config import FloorSection, PriceEntry, PriceFile, RequirementSection, StudyFile
 from rfiddesign.study.criteria import BASE, Criteria, further_limit
 from rfiddesign.study.estimators import estimators_of, world_of
 from rfiddesign.study.overrides import apply_overrides, resolved, with_values
+from rfiddesign.study.routes import drive_of, is_on_routes, route_patterns
 from rfiddesign.study.scenarios_config import CHANGEABLE, FurtherScenario
 from rfiddesign.study.toml_file import read_toml, validate
 from rfiddesign.study.variants import Variant, read_variants
+from rfiddesign.units import MM2_PER_M2
 
 FILE_NAME = "study.toml"
 # 2.25 mm from the true disc at a radius of 300 mm would reject antennas that fit: many segments.
@@ -152,8 +155,8 @@ def reader_of(study: Study) -> Reader:
     return _checked(study.path, "robot.reader", lambda: reader(study.file.robot.reader))
 
 
-def space_of(study: Study) -> Space:
-    """The space of designs to search."""
+def space_of(study: Study, floor: Floor | None = None) -> Space:
+    """The space of designs to search; patterns on routes are those of the study's floor."""
     section = study.file.space
     for name in ("layout", "antenna", "pattern", "tags_per_m2", "estimator"):
         values = getattr(section, name) or []
@@ -161,18 +164,19 @@ def space_of(study: Study) -> Space:
             raise StudyError(f"found {values}, must not name a value twice", file=study.path, key=f"space.{name}")
     layouts = tuple(layout_of(study, name, "space.layout") for name in section.layout)
     known = antennas()
-    patterns = tuple(
-        _pattern(study, "space.pattern", kind, tags_per_m2=density)
-        for kind in section.pattern
-        for density in section.tags_per_m2
-    )
+    patterns: list[TagPattern] = []
+    for kind in section.pattern:
+        if is_on_routes(kind):
+            patterns += route_patterns(study.file, study.path, floor or floor_of(study), kind)
+        else:
+            patterns += [_pattern(study, "space.pattern", kind, tags_per_m2=each) for each in section.tags_per_m2]
     return _checked(
         study.path,
         "space",
         lambda: Space(
             layouts,
             tuple(known[name] for name in section.antenna),
-            patterns,
+            tuple(patterns),
             reader_of(study),
             study.file.estimator_names,
         ),
@@ -208,12 +212,7 @@ def scenario_of(study: Study, floor: Floor) -> Scenario:
         settle_s = min(file.requirement.converged_within_s or 0.0, section.duration_s / 2) if is_unknown else 0.0
     build = lambda: Scenario(  # noqa: E731 - evaluated where its errors are worded
         floor=floor,
-        routes=Routes(
-            tuple(section.speeds_mm_per_s),
-            section.aligned_share,
-            tuple(section.headings),
-            math.radians(section.turn_rate_deg_per_s),
-        ),
+        routes=drive_of(file, study.path, floor),
         world=world_of(file.world),
         estimator=filters[0],
         start=section.start,
@@ -242,10 +241,11 @@ def scenarios_of(study: Study, floor: Floor) -> tuple[Scenario, ...]:
 
 def check_tag_count(study: Study, pattern: TagPattern, floor: Floor, key: str) -> None:
     """Raise StudyError if a floor would take more tags, of a density that stands at `key`, than memory should hold."""
-    n_tags = pattern.tags_per_m2 * floor.area_m2
+    area_m2 = tagged_mm2(pattern, floor.drivable.area) / MM2_PER_M2
+    n_tags = pattern.tags_per_m2 * area_m2
     if n_tags > MAX_TAGS:
         raise StudyError(
-            f"{pattern.tags_per_m2:g} tags/m2 on {floor.area_m2:,.0f} m2 are {n_tags:,.0f} tags, at most {MAX_TAGS:,}"
+            f"{pattern.tags_per_m2:g} tags/m2 on {area_m2:,.0f} m2 are {n_tags:,.0f} tags, at most {MAX_TAGS:,}"
             " are allowed",
             file=study.path,
             key=key,
@@ -318,13 +318,3 @@ def _price_list(path: Path) -> PriceList:
 
 def _price(entry: PriceEntry) -> Price:
     return Price(entry.price, entry.source)
-
-
-def _checked(path: Path, key: str, build: Any) -> Any:
-    """What `build` returns; its ValueError becomes a StudyError of that file and key."""
-    try:
-        return build()
-    except StudyError:
-        raise
-    except ValueError as error:
-        raise StudyError(str(error), file=path, key=key) from None

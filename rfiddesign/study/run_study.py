@@ -38,6 +38,7 @@ from rfiddesign.study.pipeline import (
 )
 from rfiddesign.study.regimes import search_regimes
 from rfiddesign.study.regimes_document import save_regimes
+from rfiddesign.study.routes_document import RoutesFound, save_routes, search_other_kinds
 from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.storage import RunTable
 
@@ -84,6 +85,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         try:
             answers = _search(study, candidates, costs, runs, on_stage)
             cells = search_regimes(study, candidates, floor, runs, on_stage)
+            others = search_other_kinds(study, candidates, answers, runs, on_stage)
         finally:
             runs.save()
         on_stage(Stage("saving"))
@@ -104,6 +106,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         files.write_record(out / files.TRACES, Traces(traces=traces_record(traces)))
         _save_plan(out, floor)
         save_regimes(out, study, candidates, floor, cells, digest)
+        save_routes(out, RoutesFound(study, floor, candidates, answers, others), on_stage)
         _save_computing(out, findings)
         files.write_record(out / files.CERTIFICATE, certificate(findings, result))
         files.write_record(out / files.RESULT, result)

@@ -8,6 +8,7 @@ from rfiddesign.report.figures.drives import drives_figure
 from rfiddesign.report.figures.error_curves import error_curves_figure
 from rfiddesign.report.figures.fronts import fronts_figure
 from rfiddesign.report.figures.layout import layout_figure
+from rfiddesign.report.figures.routes import routes_figure
 from rfiddesign.report.figures.tags import tags_figure
 
 __all__ = [
@@ -21,5 +22,6 @@ __all__ = [
     "error_curves_figure",
     "fronts_figure",
     "layout_figure",
+    "routes_figure",
     "tags_figure",
 ]

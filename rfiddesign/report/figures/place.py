@@ -7,6 +7,8 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
+from rfiddesign.results.routes import NetworkRecord
+
 
 def standing_place(navigable: BaseGeometry) -> tuple[float, float]:
     """A place (x, y) [mm] deep inside the area for the robot's centre, off round coordinates."""
@@ -14,6 +16,13 @@ def standing_place(navigable: BaseGeometry) -> tuple[float, float]:
     tolerance = max(1.0, largest.area**0.5 / 100)
     centre = shapely.get_coordinates(shapely.maximum_inscribed_circle(largest, tolerance))[0]
     return float(round(centre[0])) + 17.0, float(round(centre[1])) + 31.0
+
+
+def place_on_route(network: NetworkRecord, near_mm: tuple[float, float]) -> tuple[float, float]:
+    """The place on a route that is nearest to a point [mm]."""
+    lines = shapely.MultiLineString([edge.points_mm for edge in network.edges])
+    x, y = shapely.get_coordinates(shapely.shortest_line(lines, shapely.Point(near_mm)))[0].tolist()
+    return x, y
 
 
 @dataclass(frozen=True)

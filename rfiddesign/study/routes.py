@@ -1,0 +1,69 @@
+"""Routes of a study: the network that robots drive, and patterns of tags along it."""
+
+import math
+from functools import lru_cache
+from pathlib import Path
+
+from rfiddesign.floor import BundleRules, Floor, NetworkRules, RouteNetwork, bundled_routes
+from rfiddesign.geometry import ON_ROUTES, PlannedPattern, RouteStrip, TagPattern, on_routes
+from rfiddesign.simulation.network_drive import NetworkDrive
+from rfiddesign.simulation.scenario import Routes
+from rfiddesign.study.checked import checked
+from rfiddesign.study.config import StudyFile
+
+PLACED = "routes"
+# A network of a large map takes seconds, and is asked for several times in a study.
+_network = lru_cache(maxsize=8)(bundled_routes)
+
+
+def network_of(file: StudyFile, path: Path, floor: Floor) -> RouteNetwork:
+    """The routes between the study's stations.
+
+    Raises
+    ------
+    StudyError : if the floor has no room for stations or routes.
+    """
+    section = file.routes
+    if section.stations is not None:
+        key, stations = "routes.stations", section.stations
+    else:
+        key, stations = "routes.stations_m", tuple((1e3 * x, 1e3 * y) for x, y in section.stations_m)
+    rules = NetworkRules(
+        section.cell_mm, section.lateral_mm, BundleRules(clearance_mm=section.clearance_mm, joins=section.joins)
+    )
+    return checked(path, key, lambda: _network(floor, stations, file.robot.footprint_radius_mm, rules, seed=file.seed))
+
+
+def strip_of(file: StudyFile, path: Path, floor: Floor) -> RouteStrip:
+    """The floor that robots sweep along the routes, and how they drive there."""
+    network = network_of(file, path, floor)
+    section = file.routes
+    return RouteStrip(network.swath, network.edges_mm, section.lateral_mm, math.radians(section.yaw_deg))
+
+
+def drive_of(file: StudyFile, path: Path, floor: Floor) -> Routes | NetworkDrive:
+    """How robots drive: along the study's routes, or anywhere on the floor."""
+    scenario, turn_rate = file.scenario, math.radians(file.scenario.turn_rate_deg_per_s)
+    speeds, headings = tuple(scenario.speeds_mm_per_s), tuple(scenario.headings)
+    if not file.drives_on_routes:
+        return Routes(speeds, scenario.aligned_share, headings, turn_rate)
+    section = file.routes
+    return NetworkDrive(
+        network_of(file, path, floor), speeds, headings, turn_rate, section.lateral_mm, math.radians(section.yaw_deg)
+    )
+
+
+def route_patterns(file: StudyFile, path: Path, floor: Floor, kind: str) -> tuple[TagPattern, ...]:
+    """The patterns on routes of one kind: for each density, or those to be placed, for each distance."""
+    if kind == PLACED:
+        return tuple(PlannedPattern(distance) for distance in file.routes.distances_mm)
+    strip = strip_of(file, path, floor)
+    return tuple(
+        checked(path, "space.pattern", lambda density=density: on_routes(kind, density, file.seed, strip))
+        for density in file.space.tags_per_m2
+    )
+
+
+def is_on_routes(kind: str) -> bool:
+    """Whether a kind of pattern lies on routes alone."""
+    return kind == PLACED or kind in ON_ROUTES
