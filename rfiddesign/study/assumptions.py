@@ -11,6 +11,7 @@ from rfiddesign.study.config import StudyFile
 from rfiddesign.study.estimator_config import MclSection
 from rfiddesign.study.estimators import motion_of
 from rfiddesign.study.load import Study
+from rfiddesign.study.routes import route_assumptions
 from rfiddesign.study.sections import Section
 from rfiddesign.study.world_config import FaultsSection, OdometrySection, WorldSection
 
@@ -48,7 +49,7 @@ def assumptions(study: Study) -> list[Assumption]:
         ("fleet sizes", ", ".join(str(n) for n in file.fleet.robots), STUDY_FILE),
         ("length of a run, filter step", f"{scenario.duration_s:g} s, {scenario.dt_s:g} s", STUDY_FILE),
         ("speeds, drawn per run", f"{_listed(scenario.speeds_mm_per_s)} mm/s", STUDY_FILE),
-        ("share of runs along the tag lattice's axes", f"{scenario.aligned_share:.0%}", STUDY_FILE),
+        *_where(file),
         ("manner of heading, drawn per run", ", ".join(scenario.headings), STUDY_FILE),
         ("speed of turns in place", f"{scenario.turn_rate_deg_per_s:g} deg/s", STUDY_FILE),
         ("start", scenario.start, STUDY_FILE),
@@ -79,6 +80,13 @@ def assumptions(study: Study) -> list[Assumption]:
     for name in file.space.antenna:
         rows.append((f"antenna {name}", f"sees {known[name].area.area_mm2:,.0f} mm2 of floor", known[name].source))
     return [Assumption(what=what, value=value, source=source) for what, value, source in rows]
+
+
+def _where(file: StudyFile) -> list[tuple[str, str, str]]:
+    """Rows on where robots drive."""
+    if file.drives_on_routes:
+        return [(what, value, STUDY_FILE) for what, value in route_assumptions(file)]
+    return [("share of runs along the tag lattice's axes", f"{file.scenario.aligned_share:.0%}", STUDY_FILE)]
 
 
 def _unknown_to_estimator(world: WorldSection) -> list[tuple[str, str, str]]:

@@ -67,3 +67,36 @@ def route_patterns(file: StudyFile, path: Path, floor: Floor, kind: str) -> tupl
 def is_on_routes(kind: str) -> bool:
     """Whether a kind of pattern lies on routes alone."""
     return kind == PLACED or kind in ON_ROUTES
+
+
+def route_assumptions(file: StudyFile) -> list[tuple[str, str]]:
+    """What is assumed of routes and of tags along them: what, and its value."""
+    section = file.routes
+    if not file.drives_on_routes:
+        return []
+    n = section.stations or len(section.stations_m)
+    joins = "between all pairs" if section.joins == "all" else "along a spanning tree"
+    where = "spread over the floor by the program" if section.stations is not None else "as given"
+    rows = [
+        ("where robots drive", "along routes between stations, every design and every drive"),
+        ("stations", f"{n}, {where}; the next one is drawn with equal chance"),
+        (
+            "routes",
+            f"{joins} of stations, {section.clearance_mm:g} mm of clearance preferred",
+        ),
+        ("off the route, drawn for every way", f"up to {section.lateral_mm:g} mm and {section.yaw_deg:g} deg"),
+    ]
+    if PLACED in file.space.pattern:
+        spare = f"with any {section.n_spare} tags of a window dead" if section.n_spare else "with all tags alive"
+        rows.append(
+            (
+                "tags placed along routes",
+                f"a read within {_listed(section.distances_mm)} mm of way, {spare}, by {section.search_rounds:,} rounds"
+                f" of search; a tag counts {section.margin_mm:g} mm inside an antenna's area",
+            )
+        )
+    return rows
+
+
+def _listed(values: list[float]) -> str:
+    return " or ".join(f"{value:g}" for value in values)
