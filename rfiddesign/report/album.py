@@ -64,7 +64,7 @@ def _design_pictures(contents: Contents, answer: Answer, whose: str) -> Iterator
     chosen, tags = answer.chosen, answer.tags_mm
     place = standing_place(contents.plan.navigable)
     if contents.routes is not None:
-        place = place_on_route(contents.routes.network, place)
+        place = place_on_route(contents.routes.network)
     figure = layout_figure(chosen, tags - np.array(place))
     yield Picture("layout", f"layout-{answer.key}", f"{whose}{chosen.layout}, seen from above.", figure)
     figure = tags_figure(contents.plan.drivable, tags, chosen, place)

@@ -31,9 +31,11 @@ def reader_cents(contents: Contents, answer: Answer) -> int:
 
 
 def tag_density_cents(contents: Contents, answer: Answer) -> int:
-    """Price of one more tag on every m2 of the floor [cents]."""
+    """Price of one more tag on every m2 of what is tagged: the whole floor, or the strip along routes [cents]."""
     prices = [Decimal(line.unit_price) for line in answer.record.cost_lines if line.group == "per tag"]
-    return int(sum(prices, Decimal(0)) * 100 * Decimal(str(contents.result.floor.area_m2)))
+    tagged = [Decimal(line.quantity) for line in answer.record.cost_lines if line.group == "per m2"]
+    area_m2 = tagged[0] if contents.routes is not None else Decimal(str(contents.result.floor.area_m2))
+    return int(sum(prices, Decimal(0)) * 100 * area_m2)
 
 
 def _exchange_rate(contents: Contents, answer: Answer) -> str:
@@ -41,7 +43,7 @@ def _exchange_rate(contents: Contents, answer: Answer) -> str:
     reader, density = reader_cents(contents, answer), tag_density_cents(contents, answer)
     words = (
         f"For {count(record.n_robots, 'robot')} one more reader on each costs {money(reader, record.currency)}, one"
-        f" more tag on every m² {money(density, record.currency)}"
+        f" more tag on every m² that is tagged {money(density, record.currency)}"
     )
     if reader <= 0 or density <= 0:
         return f"{words}."

@@ -91,6 +91,7 @@ def page(contents: Contents, drawn: dict[str, list[Drawn]], further: tuple[Extra
         answers=[_answer_part(contents, answer) for answer in contents.answers],
         drawn=drawn,
         extras=further,
+        is_on_routes=contents.routes is not None,
         comparison=tables.comparison_table(contents) if len(contents.answers) > 1 else None,
         fleet_sentences=fleet_sentences(contents),
         fronts=tables.front_table(result),

@@ -6,7 +6,7 @@ from rfiddesign.report.album import Picture
 from rfiddesign.report.contents import Contents
 from rfiddesign.report.extra import Extra
 from rfiddesign.report.figures import routes_figure
-from rfiddesign.report.figures.place import place_on_route, standing_place
+from rfiddesign.report.figures.place import place_on_route
 from rfiddesign.report.tables import Table
 from rfiddesign.report.words import count, percent
 from rfiddesign.results.routes import CheapestRecord, NetworkRecord, PlacementRecord, RoutesRecord
@@ -50,7 +50,7 @@ def _pictures(contents: Contents) -> tuple[Picture, ...]:
     network, plan, found = contents.routes.network, contents.plan, []
     for answer in contents.answers:
         if answer.chosen is not None:
-            place = place_on_route(network, standing_place(plan.navigable))
+            place = place_on_route(network)
             figure = routes_figure(plan.drivable, network, answer.tags_mm, answer.chosen, place)
             fleet = count(answer.record.n_robots, "robot")
             caption = f"{fleet}: routes, stations and the tags of {answer.chosen.name}."

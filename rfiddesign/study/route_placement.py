@@ -55,7 +55,7 @@ def placement_rules(file: StudyFile, design: Design, distance_mm: float) -> Plac
         delta_mm=section.delta_mm,
         n_spare=section.n_spare,
         lateral_mm=section.lateral_mm,
-        n_laterals=3 if section.lateral_mm else 1,
+        n_laterals=section.n_laterals if section.lateral_mm else 1,
         yaw_rad=math.radians(section.yaw_deg),
         n_yaws=3 if section.yaw_deg else 1,
         margin_mm=section.margin_mm,

@@ -39,6 +39,9 @@ class RoutesSection(Section):
     n_spare: Annotated[int, Field(ge=0, le=9)] = Field(
         1, description="tags of any window that may be dead: it stays served"
     )
+    n_laterals: Annotated[int, Field(ge=1, le=51)] = Field(
+        3, description="places beside the route, evenly up to lateral_mm, at which windows are served"
+    )
     is_in_lines: bool = Field(False, description="tags lie in lines that an installer can lay")
     along_mm: Positive = Field(50.0, description="places for tags, step along a route")
     across_mm: Positive = Field(25.0, description="places for tags, step across a route")

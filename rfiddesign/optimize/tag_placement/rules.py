@@ -24,6 +24,9 @@ class PlacementRules:
     lateral_mm, n_laterals : the robot's centre is beside the route by up to this [mm] to either side, at so many evenly
         spaced places.
     yaw_rad, n_yaws : the same of its heading against the route [rad].
+        What lies between the deviations is not promised, and a search finds the places that only just serve the listed
+        ones: on the Willow map a cross of eight with discs of 30 mm and 3 laterals drove 4 to 9 % of the way farther
+        than `distance_mm` after a read, at random deviations; with 5 laterals, and 22 % more tags, 0.02 %.
     headings_rad : headings of the robot against its direction of travel [rad]: 0 faces the way, pi / 2 drives to its
         right. Routes are driven in both directions.
     margin_mm : a tag counts as seen only so deep within an antenna's area [mm]. It takes up the tags' installation

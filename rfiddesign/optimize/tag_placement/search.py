@@ -16,7 +16,7 @@ from rfiddesign.optimize.tag_placement.cover import Cover
 #: Rounds of the search between two reports of its progress.
 ROUNDS_AT_ONCE = 50_000
 #: Problems up to this many entries are given to HiGHS to be proved, for at most so many nodes.
-PROVABLE_ENTRIES, PROVE_NODES = 60_000, 2_000
+PROVABLE_ENTRIES, PROVE_NODES = 30_000, 500
 
 Progress = Callable[[str, int, int], None]
 

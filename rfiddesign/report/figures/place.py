@@ -18,10 +18,13 @@ def standing_place(navigable: BaseGeometry) -> tuple[float, float]:
     return float(round(centre[0])) + 17.0, float(round(centre[1])) + 31.0
 
 
-def place_on_route(network: NetworkRecord, near_mm: tuple[float, float]) -> tuple[float, float]:
-    """The place on a route that is nearest to a point [mm]."""
-    lines = shapely.MultiLineString([edge.points_mm for edge in network.edges])
-    x, y = shapely.get_coordinates(shapely.shortest_line(lines, shapely.Point(near_mm)))[0].tolist()
+def place_on_route(network: NetworkRecord) -> tuple[float, float]:
+    """The middle of a long leg that leads along x, as robots do in figures [mm]."""
+    points = [np.array(edge.points_mm) for edge in network.edges]
+    starts, ends = (np.concatenate(parts) for parts in ([p[:-1] for p in points], [p[1:] for p in points]))
+    across, along = np.abs(ends - starts)[:, ::-1].T
+    best = int(np.argmax(along - 5.0 * across))
+    x, y = ((starts[best] + ends[best]) / 2.0).tolist()
     return x, y
 
 

@@ -12,7 +12,6 @@ from shapely.geometry.base import BaseGeometry
 from rfiddesign.report.figures.place import inside, window_about
 from rfiddesign.report.figures.robot import draw_robot, geometry_path
 from rfiddesign.report.figures.style import (
-    BLACK,
     BLUE,
     FLOOR,
     GREY,
@@ -60,8 +59,10 @@ def routes_figure(
     for axes in (plan, close_up):
         axes.set_xlabel("x [m]")
         axes.set_ylabel("y [m]")
-    handles, labels = plan.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, columnspacing=1.2, handletextpad=0.5)
+    # The legend shows tags as large as the close-up does.
+    legend = [*plan.get_legend_handles_labels()[0]]
+    legend[1] = close_up.get_legend_handles_labels()[0][1]
+    figure.legend(handles=legend, loc="outside lower center", ncols=3, columnspacing=1.2, handletextpad=0.5)
     return figure
 
 
@@ -72,5 +73,3 @@ def _draw(axes: Axes, floor_m: BaseGeometry, network: NetworkRecord, tags_m: NDA
     axes.add_collection(LineCollection(lines, colors=SKY, linewidths=2.4, zorder=2, label="route"))
     axes.scatter(*tags_m.T, s=size, marker="s", c=VERMILLION, linewidths=0, rasterized=True, zorder=3, label="tag")
     axes.autoscale_view()
-    axes.set_facecolor("none")
-    axes.tick_params(color=BLACK)

@@ -36,7 +36,7 @@ def along(road, distance):
     return road[leg] + (distance - reached[leg]) * np.array([math.cos(direction), math.sin(direction)]), direction
 
 
-def depth_seen(layout, area, road, begin, length, deviation, places, step=0.75):
+def depth_seen(layout, area, road, begin, length, deviation, places, step=1.0):
     """How deep (n,) in any antenna's area each place comes to lie as the robot drives a window."""
     heading, lateral, yaw = deviation
     deepest = np.full(len(places), -np.inf)
@@ -72,7 +72,7 @@ def test_places_serve_the_windows_along_which_they_are_seen(layout, area):
         for heading, lateral, yaw in itertools.product((0, math.pi), (-50.0, 50.0), RULES.yaws_rad[2:]):
             deviation = (heading, lateral, yaw)
             depth = depth_seen(layout, area, BEND[0], windows.begins[w], 450.0, deviation, places)
-            sure, possible = np.flatnonzero(depth > 2.3), set(np.flatnonzero(depth > 1.4).tolist())
+            sure, possible = np.flatnonzero(depth > 2.3), set(np.flatnonzero(depth > 1.0).tolist())
             # Between the two depths the steps of the drive and the corners left out of outlines decide.
             assert any(set(sure.tolist()) <= set(row) <= possible for row in rows), (w, heading, lateral, yaw)
             wanted.add(tuple(sure))

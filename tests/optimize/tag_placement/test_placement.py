@@ -20,7 +20,7 @@ FORK = (
     np.array([[1800.0, 700.0], [1800.0, 2100.0]]),
     np.array([[3300.0, 900.0], [1800.0, 700.0]]),
 )
-QUICK = PlacementRules(n_search_rounds=4000)
+QUICK = PlacementRules(n_search_rounds=1000)
 
 
 @pytest.mark.parametrize("n_spare", [0, 1, 2])

@@ -55,9 +55,9 @@ def fewest(matrix, need, conflicts):
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 3), st.sampled_from([0.0, 1.5]))
-@settings(max_examples=40)
+@settings(max_examples=25)
 def test_bound_optimum_search_and_greedy_are_in_order(seed, n_cover, min_distance):
-    cover, places = line(np.random.default_rng(seed), 11, 8, n_cover, width=5 if min_distance == 0 else 9)
+    cover, places = line(np.random.default_rng(seed), 9, 7, n_cover, width=5 if min_distance == 0 else 8)
     conflicts = conflicts_of(places, min_distance)
     greedy, n_lacking = greedy_choice(cover, conflicts)
     optimum = fewest(cover.rows.toarray(), cover.need, conflicts.toarray())
@@ -116,7 +116,7 @@ def test_the_state_of_a_search_stays_true():
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=40)
+@settings(max_examples=25)
 def test_any_weights_prove_a_bound(seed):
     rng = np.random.default_rng(seed)
     cover, _ = line(rng, 10, 7, 2, width=6)
