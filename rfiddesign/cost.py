@@ -53,6 +53,15 @@ class Site:
 
 
 @dataclass(frozen=True)
+class Equipment:
+    """What of a design has a price: readers per robot, name of their antennas, tags in the floor."""
+
+    n_readers: int
+    antenna: str
+    n_tags: int
+
+
+@dataclass(frozen=True)
 class CostLine:
     """One line of a cost table: quantity times unit price, rounded half up to cents."""
 
@@ -85,22 +94,27 @@ def cost(design: Design, n_tags: int, site: Site, prices: PriceList) -> Cost:
     ------
     ValueError : if the list has no price for the antenna.
     """
-    antennas = dict(prices.antennas)
-    if design.antenna.name not in antennas:
-        raise ValueError(f"no price for antenna {design.antenna.name!r}, the list has {', '.join(antennas)}")
+    return cost_of(Equipment(design.layout.n_readers, design.antenna.name, n_tags), site, prices)
+
+
+def cost_of(equipment: Equipment, site: Site, prices: PriceList) -> Cost:
+    """Cost of what a design is made of, as `cost`."""
+    antennas, name = dict(prices.antennas), equipment.antenna
+    if name not in antennas:
+        raise ValueError(f"no price for antenna {name!r}, the list has {', '.join(antennas)}")
     robots = Decimal(site.n_robots)
-    n_antennas = robots * design.layout.n_readers
+    n_antennas = robots * equipment.n_readers
     area = Decimal(str(round(site.area_m2, 2)))
     lines = [
         _line("per robot", "reader", n_antennas, "piece", prices.reader),
-        _line("per robot", f"antenna {design.antenna.name} mm", n_antennas, "piece", antennas[design.antenna.name]),
+        _line("per robot", f"antenna {name} mm", n_antennas, "piece", antennas[name]),
     ]
-    for (channels, price), n in controller_set(design.layout.n_readers, prices.controllers):
+    for (channels, price), n in controller_set(equipment.n_readers, prices.controllers):
         lines.append(_line("per robot", f"controller, {channels} channels", robots * n, "piece", price))
     lines += [
         _line("per robot", "cabling and mounting of an antenna", n_antennas, "piece", prices.cabling),
-        _line("per tag", "tag", Decimal(n_tags), "piece", prices.tag),
-        _line("per tag", "laying a tag", Decimal(n_tags), "piece", prices.tag_laying),
+        _line("per tag", "tag", Decimal(equipment.n_tags), "piece", prices.tag),
+        _line("per tag", "laying a tag", Decimal(equipment.n_tags), "piece", prices.tag_laying),
         _line("per m2", "covering", area, "m2", prices.covering_per_m2),
         _line("per m2", "survey", area, "m2", prices.survey_per_m2),
         _line("per project", "project", Decimal(1), "piece", prices.project),

@@ -1,4 +1,4 @@
-"""The command line: `rfiddesign run | check | evaluate | coverage | export-estimator | report | reproduce`.
+"""The command line: `rfiddesign run | check | evaluate | coverage | export-estimator | report | verify | reproduce`.
 
 Only this module prints and exits.  Everything heavy is imported inside the commands, so that `--help` is quick.
 """
@@ -6,6 +6,7 @@ Only this module prints and exits.  Everything heavy is imported inside the comm
 import json
 import signal
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,6 +15,7 @@ from cyclopts import App, CycloptsError, Parameter
 from rfiddesign import __version__
 from rfiddesign.errors import StudyError
 
+NOT_VERIFIED = 1
 BAD_INPUT = 2
 INTERRUPTED = 130
 MAX_WORKERS = 1024
@@ -181,6 +183,48 @@ def report(folder: Path):
 
 
 @app.command
+def verify(
+    folder: Path, *, rerun: Annotated[bool, Parameter(negative=())] = False, seed: Seed = None,
+    workers: Workers = None, json: Json = False,
+):  # fmt: skip
+    """Derive the answer in FOLDER anew from its stored runs, prices and test; exit status 1 if anything differs.
+
+    Parameters
+    ----------
+    folder : results of `rfiddesign run`; of a comparison: every variant in it.
+    rerun : simulate the chosen designs on fresh seeds, too, until the test decides.
+    seed : seed of the fresh drives; default: one that follows from the study's.
+    """
+    from rfiddesign.cli.progress import CountDisplay
+    from rfiddesign.cli.text import verification_lines
+    from rfiddesign.study import rerun as run_again
+    from rfiddesign.study import verify as derive
+
+    _check_count("--workers", workers, MAX_WORKERS)
+    summary = {}
+    for each in _answered(folder):
+        checks, again = derive(each), ()
+        if rerun and not any(check.faults for check in checks):
+            with CountDisplay("drives on fresh seeds", None) as display:
+                again = run_again(each, seed, workers, display.show)
+        summary[str(each)] = {
+            "checks": [asdict(check) for check in checks],
+            "reruns": [asdict(one) for one in again],
+        }
+    is_good = all(
+        not any(check["faults"] for check in found["checks"])
+        and all(one["verdict"] != "refuted" for one in found["reruns"])
+        for found in summary.values()
+    )
+    if json:
+        _print_json({"is_verified": is_good, "folders": summary})
+    else:
+        print("\n".join(verification_lines(summary, is_good=is_good)))
+    if not is_good:
+        raise SystemExit(NOT_VERIFIED)
+
+
+@app.command
 def reproduce(
     name: str,
     *,
@@ -230,6 +274,16 @@ def main(arguments: list[str] | None = None) -> None:
         _fail(": ".join(str(part) for part in (error.filename, error.strerror or error) if part))
     except KeyboardInterrupt:
         raise SystemExit(INTERRUPTED) from None
+
+
+def _answered(folder: Path) -> list[Path]:
+    """The folder of a study's answer; of a comparison those of its variants."""
+    from rfiddesign.results.comparison import Comparison
+    from rfiddesign.results.folder import COMPARISON, read_record
+
+    if not (folder / COMPARISON).exists():
+        return [folder]
+    return [folder / variant.folder for variant in read_record(folder / COMPARISON, Comparison).variants]
 
 
 def _draw_missing(folder: Path) -> None:

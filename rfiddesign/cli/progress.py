@@ -95,14 +95,15 @@ class StageDisplay(Display):
 class CountDisplay(Display):
     """Progress of something that can be counted."""
 
-    def __init__(self, what: str, total: int) -> None:
+    def __init__(self, what: str, total: int | None) -> None:
         super().__init__()
         self._what = what
         self._total = total
 
     def show(self, n_done: int) -> None:
         """Show that `n_done` are done."""
-        self.say(f"{self._what}: {n_done:,} of {self._total:,}")
+        of_all = "" if self._total is None else f" of {self._total:,}"
+        self.say(f"{self._what}: {n_done:,}{of_all}")
 
 
 class StepDisplay(Display):

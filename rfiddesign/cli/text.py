@@ -27,14 +27,13 @@ def _candidates(*, is_estimator_open: bool) -> str:
 def _answer_lines(answer: AnswerRecord, names: dict[int, str], result: StudyResult) -> list[str]:
     robots = f"{answer.n_robots:,} robot{'s' * (answer.n_robots != 1)}"
     if answer.winner is None:
-        return [f"{robots}: no design certified: {answer.claim_words}"]
+        lines = [f"{robots}: no design certified: {answer.claim_words}"]
+        return [*lines, f"  lower bound  {_bound_words(answer, result)}"] if answer.lower_bound else lines
     winner, test = answer.winner, result.test
-    certainty = (
-        f" ({len(answer.undecided)} undecided)"
-        if answer.undecided
-        else f"; none of them holds in {test.hold_probability:.0%} of drives (chance of error at most"
-        f" {test.alpha_refute:.1%})"
-    )
+    certainty = f"; none of them holds in {test.hold_probability:.0%} of drives (chance of error at most"
+    certainty += f" {test.alpha_refute:.1%})"
+    if answer.undecided or answer.n_untested:
+        certainty = f" ({len(answer.undecided):,} undecided, {answer.n_untested:,} untested)"
     lines = [
         f"{robots}: {names[winner.design]}",
         f"  price        {money(winner.cost_cents, answer.currency)}",
@@ -42,6 +41,10 @@ def _answer_lines(answer: AnswerRecord, names: dict[int, str], result: StudyResu
         f"{test.fail_probability:.0%} of drives they hold (chance of error at most {test.alpha_certify:.1%})",
         f"  claim        {answer.claim}: {answer.claim_words}{certainty}",
     ]
+    if answer.lower_bound is not None and answer.lower_bound.design != winner.design:
+        lines.append(f"  lower bound  {_bound_words(answer, result)}; gap {answer.gap:.1%}")
+    if answer.assumed:
+        lines.append(f"  assumed      {len(answer.assumed):,} designs are ruled out by assumption alone")
     if answer.computing is not None:
         what = {each.name: each.words for each in result.estimators}.get(answer.computing.estimator, "")
         name = f"{answer.computing.estimator} ({what})" if what else answer.computing.estimator
@@ -49,6 +52,15 @@ def _answer_lines(answer: AnswerRecord, names: dict[int, str], result: StudyResu
     for design in answer.runners_up:
         lines.append(f"  next best    {names[design.design]}, {money(design.cost_cents, answer.currency)}")
     return lines
+
+
+def _bound_words(answer: AnswerRecord, result: StudyResult) -> str:
+    """What no design that holds costs less than, and how sure that is."""
+    bound, test = money(answer.lower_bound.cost_cents, answer.currency), result.test
+    return (
+        f"{bound}: nothing cheaper holds in {test.hold_probability:.0%} of drives (chance of error at most"
+        f" {test.alpha_refute:.1%})"
+    )
 
 
 def comparison_lines(comparison: Comparison, folder: Path, page: Path) -> list[str]:
@@ -77,6 +89,32 @@ def _variant_words(answer: VariantAnswer) -> str:
         return f"{words}; costs the same"
     amount = money(abs(cents), answer.currency)
     return f"{words}; {f'saves {amount}' if cents > 0 else f'costs {amount} more'} ({share})"
+
+
+# Faults of one kind that are told before the rest is only counted.
+MOST_TOLD = 5
+
+
+def verification_lines(summary: dict[str, Any], *, is_good: bool) -> list[str]:
+    """What `verify` looked at, with what was wrong, folder by folder."""
+    lines = []
+    for folder, found in summary.items():
+        lines.append(folder)
+        for check in found["checks"]:
+            faults = check["faults"]
+            lines.append(f"  {'FAILED' if faults else 'ok    '}  {check['what']} ({check['n_looked_at']:,} looked at)")
+            lines += [f"            {fault}" for fault in faults[:MOST_TOLD]]
+            if len(faults) > MOST_TOLD:
+                lines.append(f"            and {len(faults) - MOST_TOLD:,} more")
+        for again in found["reruns"]:
+            low, high = again["interval"]
+            word = "FAILED" if again["verdict"] == "refuted" else "ok    "
+            lines.append(
+                f"  {word}  fresh seeds, {again['n_robots']:,} robots,"
+                f" {again['name']}: {again['verdict']}, {again['n_passed']:,} of {again['n_runs']:,} drives passed"
+                f" ({low:.1%} to {high:.1%})"
+            )
+    return [*lines, "verified" if is_good else "NOT verified"]
 
 
 def check_lines(summary: dict[str, Any]) -> list[str]:

@@ -2,6 +2,6 @@
 
 from rfiddesign.report.comparison import write_comparison
 from rfiddesign.report.page import write_report
-from rfiddesign.report.tables import write_cost_csv
+from rfiddesign.results.spreadsheet import write_cost_csv
 
 __all__ = ["write_comparison", "write_cost_csv", "write_report"]

@@ -8,7 +8,9 @@ from rfiddesign.units import money
 #: What a claim of the search says beside that the winner is certified, for the first screen.
 SHORT_CLAIMS = {
     "cheapest": "Every cheaper candidate was refuted.",
+    "cheapest within tolerance": "Nothing that costs less than the lower bound holds.",
     "certified, cheaper undecided": "Some cheaper candidates stayed undecided.",
+    "certified, stopped by budget": "The search was stopped before every cheaper candidate was decided.",
     "none certified": "Some candidates stayed undecided.",
     "none holds": "Every candidate was refuted.",
     "stopped by budget": "The search ended before any design was certified.",
@@ -34,6 +36,7 @@ def how_tested(contents: Contents) -> tuple[str, ...]:
         "Each drive has its own route, speed, noise and, where the study says so, start. All of them follow from the"
         f" seed {result.seed}: whoever repeats the study gets the same drives and the same answer.",
     ]
+    sentences += _criteria_sentence(result.test)
     for answer in contents.answers:
         record = answer.record
         verdicts = [decision.verdict for decision in record.decisions]
@@ -49,6 +52,15 @@ def how_tested(contents: Contents) -> tuple[str, ...]:
                 f" ({percent(winner.n_passed / winner.n_runs)})."
             )
     return tuple(sentences)
+
+
+def _criteria_sentence(test: TestRecord) -> tuple[str, ...]:
+    """What is asked where it is more than one share of drives."""
+    if len(test.criteria) < 2:
+        return ()
+    asked = "; ".join(f"{criterion.words} (more than {percent(criterion.fail)})" if criterion.kind == "share"
+                      else criterion.words for criterion in test.criteria)  # fmt: skip
+    return (f"A design must keep all of: {asked}.",)
 
 
 def promised(contents: Contents, answer: Answer) -> tuple[str, ...]:
@@ -96,6 +108,21 @@ def not_promised(contents: Contents) -> tuple[str, ...]:
         " go either way: a cheaper design in it may have been refuted, and a certified one may lie in it.",
     ]
     for answer in contents.answers:
+        record = answer.record
+        if record.n_untested:
+            untested = candidates(record.n_untested, contents.result, "cheaper ")
+            sentences.append(
+                f"That nothing cheaper would do for {count(record.n_robots, 'robot')}: the search was stopped before"
+                f" {untested} had been tried."
+            )
+        if record.assumed:
+            assumptions = "; ".join(test.assumptions)
+            sentences.append(
+                f"That what the study assumes is true ({assumptions}): for that reason alone"
+                f" {candidates(len(record.assumed), contents.result)} for {count(record.n_robots, 'robot')} were not"
+                f" tried. If it is true, this adds at most {percent(test.alpha_refute, 2)} to the chance that the"
+                " statement on cheaper designs is wrong."
+            )
         if answer.record.undecided:
             undecided = candidates(len(answer.record.undecided), contents.result, "cheaper ")
             sentences.append(

@@ -3,9 +3,8 @@
 import csv
 import io
 
-from rfiddesign.report.tables import plain_cell
-from rfiddesign.report.words import exact_amount
 from rfiddesign.results.comparison import Comparison, SessionRecord, VariantAnswer, VariantRecord
+from rfiddesign.results.spreadsheet import exact_amount, plain_cell
 
 HEADER = (
     "robots", "group", "condition", "variant", "settings", "claim", "currency", "price", "saving", "saving_percent",

@@ -13,6 +13,7 @@ from rfiddesign.report.fleets import fleet_sentences
 from rfiddesign.report.markup import Drawn, drawn_into, filled, style
 from rfiddesign.report.words import count, percent, requirement_words
 from rfiddesign.results.folder import COST, FIGURES, REPORT, write_text
+from rfiddesign.results.spreadsheet import write_cost_csv
 from rfiddesign.units import flops, money
 
 TEMPLATE = "page.html.jinja"
@@ -62,7 +63,7 @@ def write_report(folder: Path) -> Path:
         for answer in contents.answers:
             if answer.record.winner is not None:
                 estimator = contents.chosen_estimator(answer.record.winner)
-                tables.write_cost_csv(answer.folder / COST, answer.record, estimator)
+                write_cost_csv(answer.folder / COST, answer.record, estimator)
         write_text(folder / REPORT, page(contents, drawn))
     except OSError as error:
         raise StudyError(f"cannot be written: {error.strerror}", file=error.filename or folder) from None
@@ -100,6 +101,8 @@ def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
     bound = ""
     if record.lower_bound is not None and (winner is None or record.lower_bound.design != winner.design):
         bound = f"Whatever holds costs at least {money(record.lower_bound.cost_cents, record.currency)}."
+        if record.gap is not None:
+            bound += f" The gap to that bound is {percent(record.gap)}."
     return AnswerPart(
         key=answer.key,
         fleet=count(record.n_robots, "robot"),

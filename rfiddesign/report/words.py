@@ -9,11 +9,6 @@ from rfiddesign.results.study_result import Limit, RequirementRecord, StudyResul
 STATISTICS = {"mean": "mean", "rms": "root mean square", "p95": "95th percentile", "max": "maximum"}
 
 
-def exact_amount(cents: int) -> str:
-    """Cents as a plain decimal, as "123456.78"."""
-    return str((Decimal(cents) / 100).quantize(Decimal("0.01")))
-
-
 def short_money(amount: float) -> str:
     """An amount rounded for an axis, as "12.5k"."""
     for size, suffix in ((1e9, "G"), (1e6, "M"), (1e3, "k")):

@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 
 from rfiddesign.report.figures.drawing import svg_of, write_figure
-from rfiddesign.report.tables import plain_cell
 from rfiddesign.reproduce.reproduce import Reproduced
 from rfiddesign.reproduce.rows import rounded
 from rfiddesign.results.folder import write_text
+from rfiddesign.results.spreadsheet import plain_cell
 
 ROWS, TABLE = "rows.json", "rows.csv"
 

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from rfiddesign.errors import StudyError
 
 RESULT = "result.json"
+CERTIFICATE = "certificate.json"
 STUDY = "study.json"
 PROVENANCE = "provenance.json"
 RUNS = "runs.sqlite"

@@ -3,10 +3,12 @@
 from rfiddesign.study.commands import check_study, coverage_of_study, evaluate_study
 from rfiddesign.study.export import export_estimator
 from rfiddesign.study.load import Study, load_study
-from rfiddesign.study.pipeline import Stage
+from rfiddesign.study.rerun import rerun
 from rfiddesign.study.run_study import run_study
 from rfiddesign.study.run_variants import run_variants
+from rfiddesign.study.stages import Stage
 from rfiddesign.study.variants import variant_of
+from rfiddesign.study.verify import verify
 
 __all__ = [
     "Stage",
@@ -16,7 +18,9 @@ __all__ = [
     "evaluate_study",
     "export_estimator",
     "load_study",
+    "rerun",
     "run_study",
     "run_variants",
     "variant_of",
+    "verify",
 ]

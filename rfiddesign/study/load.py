@@ -20,8 +20,10 @@ from rfiddesign.optimize import Space
 from rfiddesign.simulation.run import true_poses
 from rfiddesign.simulation.scenario import Routes, Scenario
 from rfiddesign.study.config import FloorSection, PriceEntry, PriceFile, RequirementSection, StudyFile
+from rfiddesign.study.criteria import BASE, Criteria, further_limit
 from rfiddesign.study.estimators import estimators_of, world_of
-from rfiddesign.study.overrides import apply_overrides
+from rfiddesign.study.overrides import apply_overrides, resolved, with_values
+from rfiddesign.study.scenarios_config import CHANGEABLE, FurtherScenario
 from rfiddesign.study.toml_file import read_toml, validate
 from rfiddesign.study.variants import Variant, read_variants
 
@@ -43,6 +45,7 @@ class Study:
     prices : the price list.
     requirement : limits that a run must keep.
     variants : the variants that the file names, each a complete study.
+    further : the further scenarios that the file names: the file as each of them sets it, by name.
     """
 
     path: Path
@@ -50,6 +53,12 @@ class Study:
     prices: PriceList
     requirement: Requirement
     variants: tuple[Variant, ...] = ()
+    further: tuple[tuple[str, StudyFile], ...] = ()
+
+    @property
+    def criteria(self) -> Criteria:
+        """All that the study asks of a design."""
+        return criteria_of(self.file)
 
     @property
     def name(self) -> str:
@@ -60,6 +69,16 @@ class Study:
     def footprint(self) -> Polygon:
         """The robot's footprint, centred [mm]."""
         return shapely.Point(0, 0).buffer(self.file.robot.footprint_radius_mm, quad_segs=_DISC_SEGMENTS)
+
+
+def criteria_of(file: StudyFile) -> Criteria:
+    """All that a study file asks of a design."""
+    search = file.search
+    return Criteria(
+        _requirement(file.requirement), search.hold_probability, search.fail_probability,
+        tuple(further_limit(section) for section in file.requirements),
+        (BASE, *(scenario.name for scenario in file.scenarios)),
+    )  # fmt: skip
 
 
 def load_study(path: str | Path, settings: tuple[str, ...] = ()) -> Study:
@@ -75,19 +94,34 @@ def load_study(path: str | Path, settings: tuple[str, ...] = ()) -> Study:
     except OSError as error:
         raise StudyError(f"cannot be read: {error.strerror}", file=path) from None
     data = apply_overrides(read_toml(path), settings)
-    study = _study(path, data)
-    return replace(study, variants=read_variants(study, data, lambda changed: _study(path, changed)))
+    study = study_of(path, data)
+    return replace(study, variants=read_variants(study, data, lambda changed: study_of(path, changed)))
 
 
-def _study(path: Path, data: dict[str, Any]) -> Study:
+def study_of(path: Path, data: dict[str, Any]) -> Study:
     """The study that a file's data are, without its variants."""
     file = validate(StudyFile, data, path)
     requirement = _checked(path, "requirement", lambda: _requirement(file.requirement))
     for factor in file.search.limit_factors:
         _checked(path, "search.limit_factors", lambda factor=factor: requirement.scaled(factor))
-    study = Study(path, file, _price_list(path.parent / file.prices), requirement)
+    further = tuple((scenario.name, _in_scenario(path, data, scenario)) for scenario in file.scenarios)
+    study = Study(path, file, _price_list(path.parent / file.prices), requirement, further=further)
     _check_names(study)
     return study
+
+
+def _in_scenario(path: Path, data: dict[str, Any], scenario: FurtherScenario) -> StudyFile:
+    """The file as a further scenario sets it."""
+    where = f"scenario {scenario.name!r}"
+    pairs = resolved(data, scenario.set.items(), path)
+    for key, _ in pairs:
+        if key.partition(".")[0] not in CHANGEABLE:
+            raise StudyError(f"must be a key of {' or '.join(CHANGEABLE)}", file=path, key=f"{where}: {key}")
+    own = {key: value for key, value in data.items() if key != "scenarios"}
+    try:
+        return validate(StudyFile, with_values(own, pairs, path), path)
+    except StudyError as error:
+        raise StudyError(error.problem, file=path, key=f"{where}: {error.key}") from None
 
 
 def layout_of(study: Study, name: str, key: str) -> ReaderLayout:
@@ -194,6 +228,16 @@ def scenario_of(study: Study, floor: Floor) -> Scenario:
     # A floor too small for a route of that length is found here, before anything is written.
     _checked(study.path, "floor", lambda: true_poses(scenario, file.seed, 0))
     return scenario
+
+
+def scenarios_of(study: Study, floor: Floor) -> tuple[Scenario, ...]:
+    """All scenarios that a design must hold in, that of the study first.
+
+    The robots run the same filter in each: what it believes is what it believes in the first.
+    """
+    base = scenario_of(study, floor)
+    others = (scenario_of(replace(study, file=file), floor) for _, file in study.further)
+    return (base, *(replace(other, estimator=base.estimator) for other in others))
 
 
 def check_tag_count(study: Study, pattern: TagPattern, floor: Floor, key: str) -> None:

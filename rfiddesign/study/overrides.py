@@ -1,6 +1,7 @@
 """Change keys of a study's data: from the command line (--set KEY=VALUE), and for a variant of the study."""
 
 import tomllib
+import typing
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -106,7 +107,8 @@ def _paths(model: type[BaseModel], prefix: tuple[str, ...]):
     for name, field in model.model_fields.items():
         if name in NOT_SETTABLE:
             continue
-        inner = record_in(field.annotation)
+        # The records of a list have no keys of their own: it is set as a whole.
+        inner = None if typing.get_origin(field.annotation) is list else record_in(field.annotation)
         if inner is None:
             yield ".".join((*prefix, name))
         else:

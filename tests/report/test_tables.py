@@ -13,18 +13,16 @@ from rfiddesign.geometry import make_layout, make_pattern
 from rfiddesign.optimize import Space, unbuildable
 from rfiddesign.report.contents import read_contents
 from rfiddesign.report.tables import (
-    COST_HEADER,
-    FORMULA_STARTS,
     antenna_table,
     area_table,
     comparison_table,
     cost_table,
     front_table,
     neighbour_table,
-    plain_cell,
     screen_table,
     unbuildable_table,
 )
+from rfiddesign.results.spreadsheet import COST_HEADER, FORMULA_STARTS, plain_cell
 from rfiddesign.results.study_result import UnbuildableRecord
 
 

@@ -7,7 +7,8 @@ import pytest
 from rfiddesign.report.certificate import headline, how_tested, not_promised, promised
 from rfiddesign.report.contents import read_contents
 from rfiddesign.report.fleets import fleet_sentences, reader_cents, tag_density_cents
-from rfiddesign.report.words import exact_amount, grouped, metric_value, percent, requirement_words, short_money
+from rfiddesign.report.words import grouped, metric_value, percent, requirement_words, short_money
+from rfiddesign.results.spreadsheet import exact_amount
 from rfiddesign.results.study_result import Limit, RequirementRecord
 from rfiddesign.units import money
 
