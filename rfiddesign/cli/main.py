@@ -145,6 +145,34 @@ def coverage(study: Path, *, set_: Settings = None, variant: VariantName = None,
 
 
 @app.command
+def place_readers(
+    study: Path, *, set_: Settings = None, variant: VariantName = None, name: str | None = None,
+    out: Path | None = None, json: Json = False,
+):  # fmt: skip
+    """Place readers as the [placements.NAME] of STUDY ask, and print them, their bound, and a layout to copy.
+
+    Parameters
+    ----------
+    study : folder of a study, or its study.toml.
+    name : one of its placements; default: all.
+    out : folder for placements.json and a picture of each.
+    """
+    from rfiddesign.cli.placements import placement_lines
+    from rfiddesign.report import draw_placements
+    from rfiddesign.study import load_study, place_readers_of, save_placements, variant_of
+
+    loaded = variant_of(load_study(study, _settings(set_, None)), variant, "--variant")
+    found = place_readers_of(loaded.path, loaded.file, name)
+    if out is not None:
+        save_placements(loaded.path, loaded.file, tuple(found), out)
+        draw_placements(out)
+    if json:
+        _print_json(found)
+    else:
+        print("\n".join(placement_lines(found)))
+
+
+@app.command
 def export_estimator(
     study: Path, *, set_: Settings = None, variant: VariantName = None, out: Path = Path(), json: Json = False
 ):

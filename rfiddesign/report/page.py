@@ -11,6 +11,7 @@ from rfiddesign.report.certificate import headline, how_tested, not_promised, pr
 from rfiddesign.report.contents import Answer, Contents, read_contents
 from rfiddesign.report.fleets import fleet_sentences
 from rfiddesign.report.markup import Drawn, drawn_into, filled, style
+from rfiddesign.report.placements import placement_pictures, placement_table
 from rfiddesign.report.words import count, percent, requirement_words
 from rfiddesign.results.folder import COST, FIGURES, REPORT, write_text
 from rfiddesign.results.spreadsheet import write_cost_csv
@@ -58,7 +59,7 @@ def write_report(folder: Path) -> Path:
     try:
         (folder / FIGURES).mkdir(exist_ok=True)
         drawn: dict[str, list[Drawn]] = defaultdict(list)
-        for picture in pictures(contents):
+        for picture in (*pictures(contents), *placement_pictures(folder)):
             drawn[picture.topic].append(drawn_into(folder / FIGURES, picture))
         for answer in contents.answers:
             if answer.record.winner is not None:
@@ -84,6 +85,7 @@ def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
         comparison=tables.comparison_table(contents) if len(contents.answers) > 1 else None,
         fleet_sentences=fleet_sentences(contents),
         fronts=tables.front_table(result),
+        placements=placement_table(contents.folder),
         area=tables.area_table(result),
         screens=tables.screen_table(result),
         unbuildable=tables.unbuildable_table(result),

@@ -3,6 +3,7 @@
 from rfiddesign.study.commands import check_study, coverage_of_study, evaluate_study
 from rfiddesign.study.export import export_estimator
 from rfiddesign.study.load import Study, load_study
+from rfiddesign.study.placements import place_readers_of, save_placements
 from rfiddesign.study.rerun import rerun
 from rfiddesign.study.run_study import run_study
 from rfiddesign.study.run_variants import run_variants
@@ -18,9 +19,11 @@ __all__ = [
     "evaluate_study",
     "export_estimator",
     "load_study",
+    "place_readers_of",
     "rerun",
     "run_study",
     "run_variants",
+    "save_placements",
     "variant_of",
     "verify",
 ]

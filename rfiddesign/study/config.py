@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption
 from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
+from rfiddesign.study.placement_config import PlacementSection
 from rfiddesign.study.requirements_config import FurtherRequirement
 from rfiddesign.study.scenarios_config import Scenarios
 from rfiddesign.study.sections import Density, Name, NotNegative, PatternKind, Pitch, Positive, Section, Share
@@ -208,6 +209,7 @@ class StudyFile(EstimatorChoice):
     world: WorldSection = WorldSection()
     design: DesignSection = DesignSection()
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")
+    placements: dict[Name, PlacementSection] = Field({}, description="layouts that the program is to find, by name")
     space: SpaceSection
     search: SearchSection = SearchSection()
     # Left out of what is saved and hashed: the study's own answer does not depend on them.

@@ -5,6 +5,7 @@ from rfiddesign.optimize.reader_placement.exact import SolverLimits
 from rfiddesign.optimize.reader_placement.place import Placement, place_readers
 from rfiddesign.optimize.reader_placement.problem import MOTIONS, PlacementProblem
 from rfiddesign.optimize.reader_placement.recheck import MotionCheck, is_guaranteed, recheck
+from rfiddesign.optimize.reader_placement.rivals import Rival, rivals
 from rfiddesign.optimize.reader_placement.search import PlacementLimits
 
 __all__ = [
@@ -13,9 +14,11 @@ __all__ = [
     "Placement",
     "PlacementLimits",
     "PlacementProblem",
+    "Rival",
     "SolverLimits",
     "fewest_readers",
     "is_guaranteed",
     "place_readers",
     "recheck",
+    "rivals",
 ]

@@ -1,6 +1,5 @@
 """Rows of the cover: poses from which reads must come in time, and how far each mount point is from its read there."""
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -16,7 +16,6 @@ from rfiddesign.optimize.reader_placement.problem import PlacementProblem
 from rfiddesign.optimize.reader_placement.recheck import MotionCheck, recheck, sampled_unserved, unserved_by
 from rfiddesign.optimize.reader_placement.search import (
     PlacementLimits,
-    n_unserved,
     nearer_reads,
     serving_mounts,
 )
@@ -40,6 +39,7 @@ class Placement:
     bound_by : why, in words.
     is_proved : whether the layout serves every phase and heading and none with fewer readers does.
     checks : what the recheck found for each motion.
+    is_number_given : whether the number of readers was given, not sought.
     method : how the layout was found, in words.
     n_rows : poses that were rows of the search in the end.
     """
@@ -49,6 +49,7 @@ class Placement:
     lower_bound: int
     bound_by: str
     is_proved: bool
+    is_number_given: bool
     checks: tuple[MotionCheck, ...]
     method: str
     n_rows: int
@@ -102,8 +103,9 @@ def place_readers(
     checks = recheck(problem, layout)
     is_proved = layout.n_readers == found.lower_bound and all(check.is_guaranteed for check in checks)
     return Placement(
-        problem, layout, found.lower_bound, found.bound_by, is_proved, checks, found.method, len(found.rows.poses)
-    )
+        problem, layout, found.lower_bound, found.bound_by, is_proved, n_readers is not None, checks, found.method,
+        len(found.rows.poses),
+    )  # fmt: skip
 
 
 def _fewest(problem: PlacementProblem, limits: PlacementLimits) -> _Found:

@@ -16,6 +16,8 @@ from rfiddesign.geometry.symmetry import lattice_order, reduced_basis
 #: Directions of travel against the robot's heading [rad]; None: it turns on the spot, to the left.
 MOTIONS: dict[str, float | None] = {"forward": 0.0, "sideways": math.pi / 2, "turning": None}
 MAX_MOUNTS = 20_000
+#: Housings keep this far [mm] inside the footprint, which elsewhere is a polygon of many sides.
+INSIDE_MM = 0.01
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,7 @@ class PlacementProblem:
             raise ValueError(f"grid_mm = {self.grid_mm:g}: gives more than {MAX_MOUNTS} mount points, must be larger")
         line = self.grid_mm * np.arange(-n, n + 1)
         x, y = (axis.ravel() for axis in np.meshgrid(line, line, indexing="ij"))
-        is_free = np.hypot(np.abs(x) + length / 2, np.abs(y) + width / 2) <= self.footprint_radius_mm
+        is_free = np.hypot(np.abs(x) + length / 2, np.abs(y) + width / 2) <= self.footprint_radius_mm - INSIDE_MM
         for x0, y0, x1, y1 in self.keep_outs:
             is_apart = (x + length / 2 <= min(x0, x1)) | (x - length / 2 >= max(x0, x1))
             is_free &= is_apart | (y + width / 2 <= min(y0, y1)) | (y - width / 2 >= max(y0, y1))

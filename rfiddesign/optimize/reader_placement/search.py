@@ -1,6 +1,6 @@
 """Local search for mount points that serve the rows of a cover."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +35,7 @@ class PlacementLimits:
     max_rounds: int = 20
     n_added: int = 150
     allowed_share: float = 0.0
-    solver: SolverLimits = SolverLimits()
+    solver: SolverLimits = field(default_factory=SolverLimits)
 
     def __post_init__(self) -> None:
         require.seed("seed", self.seed)

@@ -82,7 +82,7 @@ def test_turning_on_the_spot_sees_a_tag_too():
     assert found.is_guaranteed
     assert found.checks[0].unit == "deg"
     assert found.checks[0].worst <= 360
-    # One does not do: from some place of the robot no tag is as far away as its antenna's circle, for every mount point.
+    # One does not do: from some place of the robot no tag is as far away as its antenna's circle.
     (sweep,) = sweeps(found.problem)
     alone = sweep.first_reads(sampled_poses(found.problem, sweep, 4000, 0), found.problem.basis, found.problem.mounts)
     assert not np.isfinite(alone).all(axis=0).any()
