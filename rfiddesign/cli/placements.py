@@ -7,7 +7,7 @@ def placement_lines(found: dict[str, Any]) -> list[str]:
     """Each placement with its bound, its recheck, what usual shapes need, and its layout for a study file."""
     lines: list[str] = []
     for name, one in found.items():
-        lines += ["", f"{name}: {len(one['antennas'])} readers, {one['antenna']} mm antennas"] + _quality(one)
+        lines += ["", f"{name}: {len(one['antennas'])} readers, {one['antenna']} mm antennas", *_quality(one)]
         for rival in one["rivals"]:
             lines.append(f"  {rival['shape']}: {'does the same' if rival['is_guaranteed'] else 'no'}")
         lines += ["", one["toml"]]
