@@ -1,4 +1,4 @@
-"""Placed readers as lines of text."""
+"""Placed readers, and the sparsest tags for given readers, as lines of text."""
 
 from typing import Any
 
@@ -29,4 +29,22 @@ def _quality(one: dict[str, Any]) -> list[str]:
                 f"  {check['motion']}: not guaranteed, {check['sampled_unserved_share']:.2%} of sampled poses without;"
                 f" surely without {check['unserved_share']:.2%}, undecided {check['undecided_share']:.2%}; {what}"
             )
+    return lines
+
+
+def sparse_lines(found: dict[str, Any]) -> list[str]:
+    """The sparsest rows of each kind as a table."""
+    lines = [
+        f"{found['layout']}, {found['antenna']} mm antennas: a read of {found['read_time_s']:g} s within"
+        f" {found['distance_mm']:g} mm at {found['speed_mm_per_s']:g} mm/s, forward, from every phase and heading",
+        f"{'rows':12}{'pitch':>10}{'spacing':>10}{'stagger':>10}{'tags/m2':>10}{'tried':>8}",
+    ]
+    for one in found["patterns"]:
+        if one["is_found"]:
+            numbers = "".join(
+                f"{one[key]:10.4g}" for key in ("pitch_mm", "row_spacing_mm", "stagger_mm", "tags_per_m2")
+            )
+        else:
+            numbers = f"{'none does it':>40}"
+        lines.append(f"{one['family']:12}{numbers}{one['n_tried']:8d}")
     return lines

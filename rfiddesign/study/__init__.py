@@ -7,6 +7,7 @@ from rfiddesign.study.placements import place_readers_of, save_placements
 from rfiddesign.study.rerun import rerun
 from rfiddesign.study.run_study import run_study
 from rfiddesign.study.run_variants import run_variants
+from rfiddesign.study.sparse import sparsest_of_study
 from rfiddesign.study.stages import Stage
 from rfiddesign.study.variants import variant_of
 from rfiddesign.study.verify import verify
@@ -24,6 +25,7 @@ __all__ = [
     "run_study",
     "run_variants",
     "save_placements",
+    "sparsest_of_study",
     "variant_of",
     "verify",
 ]

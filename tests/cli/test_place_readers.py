@@ -55,3 +55,25 @@ def test_an_unknown_name_is_refused_with_those_there_are(cli, tiny):
     answer = cli("place-readers", with_placements(tiny), "--name", "four")
     assert answer.status == 2
     assert "three, two-alive" in answer.err
+
+
+def test_the_sparsest_rows_are_a_table_and_an_object(cli, tiny):
+    study = tiny / "study.toml"
+    study.write_text(study.read_text() + '[layouts.one]\nkind = "single"\n')
+    design = ("--set", "layout=one", "--set", "antenna=320x230")
+    options = ("--step-mm", "40", "--distance-mm", "800")
+    answer = cli("sparsest-pattern", tiny, *design, *options)
+    assert answer.status == 0, answer.err
+    assert "one, 320x230 mm antennas: a read of 0.05 s within 800 mm at 300 mm/s" in answer.out
+    found = json.loads(cli("sparsest-pattern", tiny, *design, *options, "--json").out)
+    square = found["patterns"][0]
+    # Rows of a square lattice lie no farther apart than the swath of 230 mm.
+    assert (square["family"], square["pitch_mm"], square["tags_per_m2"]) == ("square", 200.0, 25.0)
+    assert f"{'square':12}{200:10d}{200:10d}{0:10d}{25:10d}" in answer.out
+
+
+def test_a_robot_too_fast_for_its_readers_is_refused_in_one_line(cli, tiny):
+    answer = cli("sparsest-pattern", tiny, "--set", "layout=pair", "--read-time-s", "5")
+    assert answer.status == 2
+    assert "driven during a read" in answer.err
+    assert answer.err.count("\n") == 1

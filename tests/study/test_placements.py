@@ -108,3 +108,10 @@ def test_a_distance_that_nothing_serves_is_named_when_readers_are_placed(placed,
     edit("pitch_mm = 150.0\ndistance_mm = 500.0", "pitch_mm = 2000.0\ndistance_mm = 50.0")
     with pytest.raises(StudyError, match=r"placements.placed.*distance_mm = 50"):
         space_of(load_study(placed))
+
+
+def test_settings_name_placements_as_a_whole(placed):
+    with pytest.raises(StudyError, match=r"placements.grid_mm.*unknown key"):
+        load_study(placed, ("placements.grid_mm=10",))
+    changed = "placements={placed = {pitch_mm = 120.0, distance_mm = 500.0}}"
+    assert space_of(load_study(placed, (changed,))).layouts[0].n_readers == 2
