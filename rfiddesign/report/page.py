@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from rfiddesign.errors import StudyError
@@ -9,16 +10,19 @@ from rfiddesign.report import tables
 from rfiddesign.report.album import pictures
 from rfiddesign.report.certificate import headline, how_tested, not_promised, promised
 from rfiddesign.report.contents import Answer, Contents, read_contents
+from rfiddesign.report.extra import Extra
+from rfiddesign.report.extras import extras
 from rfiddesign.report.fleets import fleet_sentences
 from rfiddesign.report.markup import Drawn, drawn_into, filled, style
-from rfiddesign.report.placements import placement_pictures, placement_table
 from rfiddesign.report.words import count, percent, requirement_words
 from rfiddesign.results.folder import COST, FIGURES, REPORT, write_text
 from rfiddesign.results.spreadsheet import write_cost_csv
+from rfiddesign.results.study_result import AnswerRecord
 from rfiddesign.units import flops, money
 
 TEMPLATE = "page.html.jinja"
 STYLE_SHEET = "page.css"
+STOPPED = "certified, stopped by budget"
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,7 @@ class AnswerPart:
     key: str
     fleet: str
     is_won: bool
+    status: str
     price: str
     design: str
     estimator: str
@@ -59,19 +64,20 @@ def write_report(folder: Path) -> Path:
     try:
         (folder / FIGURES).mkdir(exist_ok=True)
         drawn: dict[str, list[Drawn]] = defaultdict(list)
-        for picture in (*pictures(contents), *placement_pictures(folder)):
+        further = extras(contents)
+        for picture in chain(pictures(contents), *(extra.pictures for extra in further)):
             drawn[picture.topic].append(drawn_into(folder / FIGURES, picture))
         for answer in contents.answers:
             if answer.record.winner is not None:
                 estimator = contents.chosen_estimator(answer.record.winner)
                 write_cost_csv(answer.folder / COST, answer.record, estimator)
-        write_text(folder / REPORT, page(contents, drawn))
+        write_text(folder / REPORT, page(contents, drawn, further))
     except OSError as error:
         raise StudyError(f"cannot be written: {error.strerror}", file=error.filename or folder) from None
     return folder / REPORT
 
 
-def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
+def page(contents: Contents, drawn: dict[str, list[Drawn]], further: tuple[Extra, ...] = ()) -> str:
     """The page as HTML, with the figures of each topic in place."""
     result = contents.result
     return filled(
@@ -82,10 +88,10 @@ def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
         requirement=requirement_words(result.requirement),
         answers=[_answer_part(contents, answer) for answer in contents.answers],
         drawn=drawn,
+        extras=further,
         comparison=tables.comparison_table(contents) if len(contents.answers) > 1 else None,
         fleet_sentences=fleet_sentences(contents),
         fronts=tables.front_table(result),
-        placements=placement_table(contents.folder),
         area=tables.area_table(result),
         screens=tables.screen_table(result),
         unbuildable=tables.unbuildable_table(result),
@@ -109,6 +115,7 @@ def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
         key=answer.key,
         fleet=count(record.n_robots, "robot"),
         is_won=winner is not None,
+        status=_status(record),
         price=money(winner.cost_cents, record.currency) if winner else "No design certified",
         design=_design_words(contents, answer) if winner else "",
         estimator=_estimator_words(contents, answer),
@@ -122,6 +129,13 @@ def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
         warnings=tuple(record.coverage.warnings) if record.coverage else (),
         reads=_reads_words(answer),
     )
+
+
+def _status(record: AnswerRecord) -> str:
+    """What the design on show is, after the name of the fleet."""
+    if record.winner is None:
+        return ""
+    return ": cheapest certified so far" if record.claim == STOPPED else ": cheapest certified design"
 
 
 def _design_words(contents: Contents, answer: Answer) -> str:

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rfiddesign.report.album import Picture
+from rfiddesign.report.contents import Contents
+from rfiddesign.report.extra import Extra
 from rfiddesign.report.figures.placement import placement_figure
 from rfiddesign.report.markup import drawn_into
 from rfiddesign.report.tables import Table
@@ -16,6 +18,15 @@ def placement_pictures(folder: Path) -> Iterator[Picture]:
     """A picture of each placed layout."""
     for number, record in enumerate(_read(folder), start=1):
         yield Picture("placements", f"placement-{number}", f"{record.name}: {asked(record)}.", placement_figure(record))
+
+
+def placements_extra(contents: Contents) -> Extra | None:
+    """The section on placed readers; None where none were."""
+    table = placement_table(contents.folder)
+    if table is None:
+        return None
+    pictures = tuple(placement_pictures(contents.folder))
+    return Extra("placements", "Readers placed", "placements.html.jinja", table, pictures)
 
 
 def draw_placements(folder: Path) -> None:

@@ -1,0 +1,15 @@
+"""Sections of the page that only some studies have, each drawn from a file of its own in the result folder."""
+
+from collections.abc import Callable
+
+from rfiddesign.report.contents import Contents
+from rfiddesign.report.extra import Extra
+from rfiddesign.report.placements import placements_extra
+
+#: What looks for each section in a result folder, in the order of the page; None where a study has no such thing.
+READERS: tuple[Callable[[Contents], Extra | None], ...] = (placements_extra,)
+
+
+def extras(contents: Contents) -> tuple[Extra, ...]:
+    """The sections that a result folder has beside those that all have."""
+    return tuple(extra for read in READERS if (extra := read(contents)) is not None)
