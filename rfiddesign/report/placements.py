@@ -47,7 +47,7 @@ def placement_table(folder: Path) -> Table | None:
             asked(record),
             str(record.n_readers),
             f"{record.lower_bound} ({record.bound_by})",
-            "number given" if record.is_number_given else "yes" if record.is_proved else "no",
+            "yes" if record.is_proved else "number given" if record.is_number_given else "no",
             "; ".join(_checked(check) for check in record.checks),
         )
         for record in records
