@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption
 from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
+from rfiddesign.study.placement_config import PlacementSection
 from rfiddesign.study.regimes_config import RegimesSection, check_whole
 from rfiddesign.study.requirements_config import FurtherRequirement
 from rfiddesign.study.routes_config import RoutesSection
@@ -224,6 +225,7 @@ class StudyFile(EstimatorChoice):
     world: WorldSection = WorldSection()
     design: DesignSection = DesignSection()
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")
+    placements: dict[Name, PlacementSection] = Field({}, description="layouts that the program is to find, by name")
     space: SpaceSection
     search: SearchSection = SearchSection()
     regimes: RegimesSection | None = Field(None, description="a map of the cheapest design over fleets and floors")

@@ -36,6 +36,7 @@ from rfiddesign.study.pipeline import (
     study_hash,
     test_plan,
 )
+from rfiddesign.study.placements import placements_record, searched_placements
 from rfiddesign.study.regimes import search_regimes
 from rfiddesign.study.regimes_document import save_regimes
 from rfiddesign.study.routes_document import RoutesFound, save_routes, search_other_kinds
@@ -67,6 +68,10 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
     StudyError : if the study is at fault, or `out` cannot be used or holds another study.
     """
     begin = time.perf_counter()
+    placed = searched_placements(study.file)
+    if placed:
+        on_stage(Stage("placing readers"))
+    placements = placements_record(study.path, study.file, placed)
     digest = study_hash(study)
     is_begun = claim.is_begun(out, digest)
     on_stage(Stage("reading the floor"))
@@ -104,6 +109,8 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
             for run in range(RUNS_TRACED)
         ]
         files.write_record(out / files.TRACES, Traces(traces=traces_record(traces)))
+        if placed:
+            files.write_record(out / files.PLACEMENTS, placements)
         _save_plan(out, floor)
         save_regimes(out, study, candidates, floor, cells, digest)
         save_routes(out, RoutesFound(study, floor, candidates, answers, others), on_stage)
