@@ -1,4 +1,4 @@
-"""The command line: `rfiddesign run | check | evaluate | coverage | export-estimator | report | verify | reproduce`.
+"""The command line: `rfiddesign run | check | evaluate | coverage | ...`, see `rfiddesign --help`.
 
 Only this module prints and exits.  Everything heavy is imported inside the commands, so that `--help` is quick.
 """
@@ -142,6 +142,60 @@ def coverage(study: Path, *, set_: Settings = None, variant: VariantName = None,
         _print_json(summary)
     else:
         print("\n".join(coverage_lines(summary)))
+
+
+@app.command
+def place_readers(
+    study: Path, *, set_: Settings = None, variant: VariantName = None, name: str | None = None,
+    out: Path | None = None, json: Json = False,
+):  # fmt: skip
+    """Place readers as the [placements.NAME] of STUDY ask, and print them, their bound, and a layout to copy.
+
+    Parameters
+    ----------
+    study : folder of a study, or its study.toml.
+    name : one of its placements; default: all.
+    out : folder for placements.json and a picture of each.
+    """
+    from rfiddesign.cli.placements import placement_lines
+    from rfiddesign.report import draw_placements
+    from rfiddesign.study import load_study, place_readers_of, save_placements, variant_of
+
+    loaded = variant_of(load_study(study, _settings(set_, None)), variant, "--variant")
+    found = place_readers_of(loaded.path, loaded.file, name)
+    if out is not None:
+        save_placements(loaded.path, loaded.file, tuple(found), out)
+        draw_placements(out)
+    if json:
+        _print_json(found)
+    else:
+        print("\n".join(placement_lines(found)))
+
+
+@app.command
+def sparsest_pattern(
+    study: Path, *, set_: Settings = None, variant: VariantName = None, distance_mm: float = 1000.0,
+    speed_mm_per_s: float = 300.0, read_time_s: float = 0.05, step_mm: float = 10.0, json: Json = False,
+):  # fmt: skip
+    """Find the sparsest rows of tags over which the robot of STUDY's design reads in time from anywhere.
+
+    Parameters
+    ----------
+    study : folder of a study, or its study.toml.
+    distance_mm : driven straight on, from anywhere, before a read has come [mm].
+    speed_mm_per_s : of the robot [mm/s].
+    read_time_s : for which a tag must be in view to be read [s].
+    step_mm : steps of pitch and row spacing [mm].
+    """
+    from rfiddesign.cli.placements import sparse_lines
+    from rfiddesign.study import load_study, sparsest_of_study, variant_of
+
+    loaded = variant_of(load_study(study, _settings(set_, None)), variant, "--variant")
+    found = sparsest_of_study(loaded, (distance_mm, speed_mm_per_s, read_time_s), step_mm)
+    if json:
+        _print_json(found)
+    else:
+        print("\n".join(sparse_lines(found)))
 
 
 @app.command

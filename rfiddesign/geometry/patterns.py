@@ -163,6 +163,7 @@ def make_pattern(
     pitch_mm: float | None = None,
     seed: int = 0,
     row_ratio: float | None = None,
+    stagger: float | None = None,
     keep: float | None = None,
     min_distance_mm: float | None = None,
     points_mm: ArrayLike | None = None,
@@ -171,13 +172,16 @@ def make_pattern(
 
     Parameters
     ----------
-    kind : "square"; "triangular"; "striped", rows along x `row_ratio` pitches apart; "thinned", a square lattice of
+    kind : "square"; "triangular"; "striped", rows along x `row_ratio` pitches apart; "staggered", such rows of which
+        each is shifted by `stagger` pitches against the one before; "thinned", a square lattice of
         which a random share `keep` stays; "random"; or "list".
     tags_per_m2 : density of the tags that remain.
-    pitch_mm : distance between neighbours of a lattice (of a row, if striped; before thinning, if thinned) [mm]; of
-        a random pattern the pitch of a square one as dense. Give exactly one of density and pitch, none for a list.
+    pitch_mm : distance between neighbours of a lattice (of a row, if striped or staggered; before thinning, if
+        thinned) [mm]; of a random pattern the pitch of a square one as dense. Give exactly one of density and pitch,
+        none for a list.
     seed : seed of a random or thinned pattern.
-    row_ratio : for striped rows; 3 unless given.
+    row_ratio : 3 unless given if striped, 1 if staggered.
+    stagger : for staggered rows, from 0 to below 1; 1/2 unless given.
     keep : share of a thinned pattern's tags that stay; 1/2 unless given.
     min_distance_mm : smallest distance between random tags [mm]; half the pitch unless given.
     points_mm : positions (n, 2) of a list.
@@ -188,11 +192,17 @@ def make_pattern(
     """
     if kind not in PATTERN_KINDS:
         raise ValueError(f"pattern = {kind!r}: must be one of {', '.join(PATTERN_KINDS)}")
-    options = {"row_ratio": row_ratio, "keep": keep, "min_distance_mm": min_distance_mm, "points_mm": points_mm}
+    options = {
+        "row_ratio": row_ratio,
+        "stagger": stagger,
+        "keep": keep,
+        "min_distance_mm": min_distance_mm,
+        "points_mm": points_mm,
+    }
     given = {name: value for name, value in options.items() if value is not None}
-    build, own_option = PATTERN_KINDS[kind]
+    build, own_options = PATTERN_KINDS[kind]
     for name in given:
-        if name != own_option:
+        if name not in own_options:
             raise ValueError(f"{name}: has no meaning for pattern {kind!r}")
     if kind == "list":
         if points_mm is None or tags_per_m2 is not None or pitch_mm is not None:
@@ -228,6 +238,16 @@ def _striped(density: float | None, pitch: float | None, seed: int, row_ratio: f
     return LatticePattern("striped", Lattice(((pitch, 0.0), (0.0, row_ratio * pitch))))
 
 
+def _staggered(
+    density: float | None, pitch: float | None, seed: int, row_ratio: float = 1.0, stagger: float = 0.5
+) -> LatticePattern:
+    row_ratio = require.positive("row_ratio", row_ratio)
+    if require.not_negative("stagger", stagger) >= 1:
+        raise ValueError(f"stagger = {stagger!r}: must be at least 0 and below 1")
+    pitch = _pitch_mm(density, pitch, 1 / row_ratio)
+    return LatticePattern("staggered", Lattice(((pitch, 0.0), (stagger * pitch, row_ratio * pitch))))
+
+
 def _thinned(density: float | None, pitch: float | None, seed: int, keep: float = 0.5) -> ThinnedPattern:
     return ThinnedPattern(_square(None, _pitch_mm(density, pitch, require.positive("keep", keep)), seed), keep, seed)
 
@@ -244,12 +264,13 @@ def _pitch_mm(density: float | None, pitch: float | None, tags_per_square: float
     return pitch if density is None else 1000 * math.sqrt(tags_per_square / density)
 
 
-#: Each kind of pattern with its builder and the one option that is its own.
-PATTERN_KINDS: dict[str, tuple[Callable[..., TagPattern], str | None]] = {
-    "square": (_square, None),
-    "triangular": (_triangular, None),
-    "random": (_random, "min_distance_mm"),
-    "striped": (_striped, "row_ratio"),
-    "thinned": (_thinned, "keep"),
-    "list": (ListedPattern, "points_mm"),
+#: Each kind of pattern with its builder and the options that are its own.
+PATTERN_KINDS: dict[str, tuple[Callable[..., TagPattern], tuple[str, ...]]] = {
+    "square": (_square, ()),
+    "triangular": (_triangular, ()),
+    "random": (_random, ("min_distance_mm",)),
+    "striped": (_striped, ("row_ratio",)),
+    "staggered": (_staggered, ("row_ratio", "stagger")),
+    "thinned": (_thinned, ("keep",)),
+    "list": (ListedPattern, ("points_mm",)),
 }

@@ -17,6 +17,7 @@ class Extra:
     template : the template that it is filled into, as `part`.
     part : what the template says.
     pictures : its figures, found in the template by their topics.
+    files : (name, text) of what is written beside the page, as tables for a spreadsheet.
     """
 
     key: str
@@ -24,3 +25,4 @@ class Extra:
     template: str
     part: Any
     pictures: tuple[Picture, ...] = ()
+    files: tuple[tuple[str, str], ...] = ()

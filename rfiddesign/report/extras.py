@@ -4,10 +4,12 @@ from collections.abc import Callable
 
 from rfiddesign.report.contents import Contents
 from rfiddesign.report.extra import Extra
+from rfiddesign.report.placements import placements_extra
+from rfiddesign.report.regimes import regimes_section
 from rfiddesign.report.routes import routes_extra
 
 #: What looks for each section in a result folder, in the order of the page; None where a study has no such thing.
-READERS: tuple[Callable[[Contents], Extra | None], ...] = (routes_extra,)
+READERS: tuple[Callable[[Contents], Extra | None], ...] = (placements_extra, regimes_section, routes_extra)
 
 
 def extras(contents: Contents) -> tuple[Extra, ...]:

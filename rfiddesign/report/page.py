@@ -10,7 +10,8 @@ from rfiddesign.report import tables
 from rfiddesign.report.album import pictures
 from rfiddesign.report.certificate import headline, how_tested, not_promised, promised
 from rfiddesign.report.contents import Answer, Contents, read_contents
-from rfiddesign.report.extras import Extra, extras
+from rfiddesign.report.extra import Extra
+from rfiddesign.report.extras import extras
 from rfiddesign.report.fleets import fleet_sentences
 from rfiddesign.report.markup import Drawn, drawn_into, filled, style
 from rfiddesign.report.words import count, percent, requirement_words
@@ -70,6 +71,8 @@ def write_report(folder: Path) -> Path:
             if answer.record.winner is not None:
                 estimator = contents.chosen_estimator(answer.record.winner)
                 write_cost_csv(answer.folder / COST, answer.record, estimator)
+        for name, text in chain.from_iterable(extra.files for extra in further):
+            write_text(folder / name, text)
         write_text(folder / REPORT, page(contents, drawn, further))
     except OSError as error:
         raise StudyError(f"cannot be written: {error.strerror}", file=error.filename or folder) from None

@@ -3,9 +3,11 @@
 from rfiddesign.study.commands import check_study, coverage_of_study, evaluate_study
 from rfiddesign.study.export import export_estimator
 from rfiddesign.study.load import Study, load_study
+from rfiddesign.study.placements import place_readers_of, save_placements
 from rfiddesign.study.rerun import rerun
 from rfiddesign.study.run_study import run_study
 from rfiddesign.study.run_variants import run_variants
+from rfiddesign.study.sparse import sparsest_of_study
 from rfiddesign.study.stages import Stage
 from rfiddesign.study.variants import variant_of
 from rfiddesign.study.verify import verify
@@ -18,9 +20,12 @@ __all__ = [
     "evaluate_study",
     "export_estimator",
     "load_study",
+    "place_readers_of",
     "rerun",
     "run_study",
     "run_variants",
+    "save_placements",
+    "sparsest_of_study",
     "variant_of",
     "verify",
 ]

@@ -12,6 +12,8 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption
 from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
+from rfiddesign.study.placement_config import PlacementSection
+from rfiddesign.study.regimes_config import RegimesSection, check_whole
 from rfiddesign.study.requirements_config import FurtherRequirement
 from rfiddesign.study.routes_config import RoutesSection
 from rfiddesign.study.scenarios_config import Scenarios
@@ -223,8 +225,10 @@ class StudyFile(EstimatorChoice):
     world: WorldSection = WorldSection()
     design: DesignSection = DesignSection()
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")
+    placements: dict[Name, PlacementSection] = Field({}, description="layouts that the program is to find, by name")
     space: SpaceSection
     search: SearchSection = SearchSection()
+    regimes: RegimesSection | None = Field(None, description="a map of the cheapest design over fleets and floors")
     # Left out of what is saved and hashed: the study's own answer does not depend on them.
     variants: Variants = Field([], exclude=True, description="variants of this study, to be answered and compared")
     comparison: ComparisonSection = Field(ComparisonSection(), exclude=True)
@@ -252,6 +256,12 @@ class StudyFile(EstimatorChoice):
     def _open_estimator(self) -> "StudyFile":
         if self.space.estimator is not None and self.estimator != AUTO:
             raise ValueError(f'space.estimator needs estimator = "{AUTO}", found "{self.estimator}"')
+        return self
+
+    @model_validator(mode="after")
+    def _whole_regimes(self) -> "StudyFile":
+        if self.regimes is not None:
+            check_whole(self.search)
         return self
 
 

@@ -24,6 +24,7 @@ from rfiddesign.study.config import FloorSection, PriceEntry, PriceFile, Require
 from rfiddesign.study.criteria import BASE, Criteria, further_limit
 from rfiddesign.study.estimators import estimators_of, world_of
 from rfiddesign.study.overrides import apply_overrides, resolved, with_values
+from rfiddesign.study.placements import placed_layout, placement_problem
 from rfiddesign.study.routes import drive_of, is_on_routes, route_patterns
 from rfiddesign.study.scenarios_config import CHANGEABLE, FurtherScenario
 from rfiddesign.study.toml_file import read_toml, validate
@@ -132,8 +133,10 @@ def layout_of(study: Study, name: str, key: str) -> ReaderLayout:
     own = study.file.layouts
     if name in own:
         return _own_layout(study, name)
+    if name in study.file.placements:
+        return placed_layout(study.path, study.file, name)
     if name not in LAYOUTS:
-        allowed = ", ".join([*own, *LAYOUTS])
+        allowed = ", ".join([*own, *study.file.placements, *LAYOUTS])
         raise StudyError(f"found {name!r}, must be one of {allowed}", file=study.path, key=key)
     return make_layout(name)
 
@@ -258,12 +261,18 @@ def _check_names(study: Study) -> None:
     reader_of(study)
     for name in file.layouts:
         _own_layout(study, name)
+    for name in file.placements:
+        if name in file.layouts or name in LAYOUTS:
+            raise StudyError("is a layout already; choose another name", file=study.path, key=f"placements.{name}")
+        placement_problem(study.path, file, name)
     for section, layouts, names in (
         ("space", file.space.layout, file.space.antenna),
         ("design", [file.design.layout], [file.design.antenna]),
     ):
         for name in layouts:
-            layout_of(study, name, f"{section}.layout")
+            # Readers are placed when they are asked for, which takes longer than reading a file may.
+            if name not in file.placements:
+                layout_of(study, name, f"{section}.layout")
         for name in names:
             _checked(study.path, f"{section}.antenna", lambda name=name: antenna(name))
     priced = [name for name, _ in study.prices.antennas]

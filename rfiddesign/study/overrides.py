@@ -107,8 +107,8 @@ def _paths(model: type[BaseModel], prefix: tuple[str, ...]):
     for name, field in model.model_fields.items():
         if name in NOT_SETTABLE:
             continue
-        # The records of a list have no keys of their own: it is set as a whole.
-        inner = None if typing.get_origin(field.annotation) is list else record_in(field.annotation)
+        # The records of a list, or those that a study names itself, have no keys of their own: they are set as a whole.
+        inner = None if typing.get_origin(field.annotation) in (list, dict) else record_in(field.annotation)
         if inner is None:
             yield ".".join((*prefix, name))
         else:

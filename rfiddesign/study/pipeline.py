@@ -29,6 +29,7 @@ from rfiddesign.study.candidates import Candidates
 from rfiddesign.study.criteria import Criteria
 from rfiddesign.study.load import Study
 from rfiddesign.study.outcomes import StoredOutcomes, StoredRuns
+from rfiddesign.study.placements import placed_layout, searched_placements
 from rfiddesign.study.stages import OnStage, Stage
 
 # Fewer runs say nothing of a share as high as those asked for.
@@ -102,6 +103,9 @@ def hash_parts(study: Study) -> dict[str, str]:
         plan = read_ros_map(study.path.parent / study.file.floor.map)
         rules = (plan.resolution_m, plan.origin_m_rad, plan.is_negated, plan.occupied_thresh, plan.free_thresh)
         parts["map"] = hash_of(repr((plan.grey.shape, *rules)).encode() + plan.grey.tobytes())
+    placed = [placed_layout(study.path, study.file, name) for name in searched_placements(study.file)]
+    if placed:
+        parts["placements"] = hash_of(repr(placed))
     return parts
 
 

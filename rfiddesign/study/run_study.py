@@ -36,6 +36,9 @@ from rfiddesign.study.pipeline import (
     study_hash,
     test_plan,
 )
+from rfiddesign.study.placements import placements_record, searched_placements
+from rfiddesign.study.regimes import search_regimes
+from rfiddesign.study.regimes_document import save_regimes
 from rfiddesign.study.routes_document import RoutesFound, save_routes, search_other_kinds
 from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.storage import RunTable
@@ -65,6 +68,10 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
     StudyError : if the study is at fault, or `out` cannot be used or holds another study.
     """
     begin = time.perf_counter()
+    placed = searched_placements(study.file)
+    if placed:
+        on_stage(Stage("placing readers"))
+    placements = placements_record(study.path, study.file, placed)
     digest = study_hash(study)
     is_begun = claim.is_begun(out, digest)
     on_stage(Stage("reading the floor"))
@@ -82,6 +89,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         n_before = runs.n_stored
         try:
             answers = _search(study, candidates, costs, runs, on_stage)
+            cells = search_regimes(study, candidates, floor, runs, on_stage)
             others = search_other_kinds(study, candidates, answers, runs, on_stage)
         finally:
             runs.save()
@@ -101,7 +109,10 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
             for run in range(RUNS_TRACED)
         ]
         files.write_record(out / files.TRACES, Traces(traces=traces_record(traces)))
+        if placed:
+            files.write_record(out / files.PLACEMENTS, placements)
         _save_plan(out, floor)
+        save_regimes(out, study, candidates, floor, cells, digest)
         save_routes(out, RoutesFound(study, floor, candidates, answers, others), on_stage)
         _save_computing(out, findings)
         files.write_record(out / files.CERTIFICATE, certificate(findings, result))

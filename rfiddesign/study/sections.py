@@ -10,7 +10,7 @@ Share = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Density = Annotated[float, Field(gt=0, le=10_000, allow_inf_nan=False)]
 Pitch = Annotated[float, Field(ge=10, le=100_000, allow_inf_nan=False)]
 Name = Annotated[str, Field(max_length=100, pattern=r"^[^\x00-\x1f\x7f]+$")]
-PatternKind = Literal["square", "triangular", "random", "striped", "thinned"]
+PatternKind = Literal["square", "triangular", "random", "striped", "staggered", "thinned"]
 RoutePatternKind = Literal["routes", "square-on-routes", "triangular-on-routes", "random-on-routes"]
 
 

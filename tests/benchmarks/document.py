@@ -23,6 +23,8 @@ ratios vary less.
 
 {board.table()}
 
+What the search for the cheapest design takes, and how often it is right, is counted in [search.md](search.md).
+
 ![times of one MCL step, and growth of the cost](benchmarks.svg)
 
 ## How cost grows

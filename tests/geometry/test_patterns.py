@@ -85,6 +85,9 @@ def test_a_triangular_lattice_has_six_neighbours_at_one_pitch():
 def test_striped_rows_are_three_pitches_apart_unless_told():
     assert make_pattern("striped", pitch_mm=50).lattice.basis_mm == ((50, 0), (0, 150))
     assert make_pattern("striped", pitch_mm=50, row_ratio=8).lattice.basis_mm == ((50, 0), (0, 400))
+    staggered = make_pattern("staggered", pitch_mm=80, row_ratio=1.5, stagger=0.25)
+    assert staggered.lattice.basis_mm == ((80, 0), (20, 120))
+    assert make_pattern("staggered", tags_per_m2=100.0).lattice.basis_mm == ((100, 0), (50, 100))
 
 
 def test_a_thinned_lattice_keeps_its_share_and_nothing_else():
@@ -185,6 +188,8 @@ def test_half_a_million_tags_are_laid_over_a_building(kind):
         ("square", {"tags_per_m2": math.inf}, "tags_per_m2 = inf: must be"),
         ("square", {"pitch_mm": 100, "keep": 0.5}, "keep: has no meaning for pattern 'square'"),
         ("striped", {"pitch_mm": 100, "row_ratio": 0}, "row_ratio = 0: must be"),
+        ("staggered", {"pitch_mm": 100, "stagger": 1.0}, "stagger = 1.0: must be"),
+        ("striped", {"pitch_mm": 100, "stagger": 0.5}, "stagger: has no meaning"),
         ("thinned", {"pitch_mm": 100, "keep": 1.5}, "keep = 1.5: must be a share"),
         ("random", {"tags_per_m2": 100, "min_distance_mm": 60}, "min_distance_mm = 60: must be at most 54.99"),
         ("random", {"tags_per_m2": 100, "seed": -1}, "seed = -1: must be a whole number"),
