@@ -2,8 +2,10 @@
 
 import ctypes
 import os
+import warnings
 from functools import cache
 
+import cvxpy as cp
 import highspy
 
 
@@ -18,6 +20,20 @@ def quiet_highs(**options: object) -> highspy.Highs:
     for option, value in {"parallel": "off", "random_seed": 1, **options}.items():
         solver.setOptionValue(option, value)
     return solver
+
+
+def solve_with_highs(model: cp.Problem, **options: object) -> None:
+    """Solve a model of cvxpy in place; limits by `options` of HiGHS, and `model.status` tells how it ended.
+
+    Raises
+    ------
+    cvxpy.SolverError : if it ends without any statement, as at a limit before a first solution.
+    """
+    _print_banner_unseen()
+    with warnings.catch_warnings():
+        # Said of every search that ends at a limit.
+        warnings.filterwarnings("ignore", message="Solution may be inaccurate")
+        model.solve(solver=cp.HIGHS, parallel="off", random_seed=1, **options)
 
 
 @cache

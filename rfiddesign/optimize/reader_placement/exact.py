@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from rfiddesign.optimize.quiet_solver import solve_with_highs
+from rfiddesign.optimize.quiet_highs import solve_with_highs
 from rfiddesign.optimize.reader_placement.problem import PlacementProblem
 
 #: The solver's tolerance on whole numbers.
