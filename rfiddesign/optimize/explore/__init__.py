@@ -1,0 +1,60 @@
+"""Explore spaces too large to list, and name the candidates that a certification then tests."""
+
+from rfiddesign.optimize.explore.early_stop import Standing, is_beaten
+from rfiddesign.optimize.explore.explorer import (
+    FIRST_RUN,
+    Bench,
+    ExplorePlan,
+    Trial,
+    check_exploration,
+    explore,
+)
+from rfiddesign.optimize.explore.importance import (
+    EVALUATORS,
+    Importance,
+    Interaction,
+    available_evaluators,
+    importance,
+    interactions,
+)
+from rfiddesign.optimize.explore.naming import Named, NamingPlan, apparent_optimum, name_candidates
+from rfiddesign.optimize.explore.proposal import Fixed, Proposal, fault_of, propose
+from rfiddesign.optimize.explore.samplers import SAMPLERS
+from rfiddesign.optimize.explore.score import WORST_MARGIN, Objectives, margins, score
+from rfiddesign.optimize.explore.variables import KIND_VARIABLES, Choice, Range, Value, Variable, Variables
+
+__all__ = [
+    "EVALUATORS",
+    "FIRST_RUN",
+    "KIND_VARIABLES",
+    "SAMPLERS",
+    "WORST_MARGIN",
+    "Bench",
+    "Choice",
+    "ExplorePlan",
+    "Fixed",
+    "Importance",
+    "Interaction",
+    "Named",
+    "NamingPlan",
+    "Objectives",
+    "Proposal",
+    "Range",
+    "Standing",
+    "Trial",
+    "Value",
+    "Variable",
+    "Variables",
+    "apparent_optimum",
+    "available_evaluators",
+    "check_exploration",
+    "explore",
+    "fault_of",
+    "importance",
+    "interactions",
+    "is_beaten",
+    "margins",
+    "name_candidates",
+    "propose",
+    "score",
+]
