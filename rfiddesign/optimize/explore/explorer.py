@@ -16,13 +16,12 @@ from math import log
 from typing import Protocol
 
 import numpy as np
-from optuna.trial import Trial as Ask
 
 from rfiddesign import require
 from rfiddesign.metrics import Requirement, RunMetrics
 from rfiddesign.optimize.explore.early_stop import Standing, is_beaten
 from rfiddesign.optimize.explore.proposal import Fixed, Proposal, propose
-from rfiddesign.optimize.explore.samplers import SAMPLERS, check_sampler, new_study
+from rfiddesign.optimize.explore.samplers import SAMPLERS, ask, check_sampler, new_study, tell
 from rfiddesign.optimize.explore.score import WORST_MARGIN, Objectives, margins, score
 from rfiddesign.optimize.explore.variables import Variables
 
@@ -176,13 +175,13 @@ def explore(
     standings: list[Standing] = []
     while len(trials) < plan.n_trials and not is_over():
         n = min(plan.batch, plan.n_trials - len(trials))
-        asked = [study.ask(variables.searched) for _ in range(n)]
-        tried = _try_batch([propose(variables.made(ask.params), fixed) for ask in asked], bench, plan, standings)
-        for ask, (proposal, cost_cents, fault, runs, is_stopped) in zip(asked, tried, strict=True):
+        asked = [ask(study, variables.searched) for _ in range(n)]
+        tried = _try_batch([propose(variables.made(each.params), fixed) for each in asked], bench, plan, standings)
+        for each, (proposal, cost_cents, fault, runs, is_stopped) in zip(asked, tried, strict=True):
             trial = Trial(
-                len(trials), dict(ask.params), proposal, cost_cents, fault, runs, is_stopped, _score(plan, runs)
+                len(trials), dict(each.params), proposal, cost_cents, fault, runs, is_stopped, _score(plan, runs)
             )
-            _tell(study, ask, trial, plan)
+            tell(study, each, _values(trial, plan), _constraints(trial, plan))
             trials.append(trial)
             if trial.is_built and not trial.is_stopped:
                 standings.append(_standing(trial.proposal, trial.cost_cents, trial.runs, plan))
@@ -224,12 +223,10 @@ def _score(plan: ExplorePlan, runs: tuple[RunMetrics, ...]) -> float:
     return score(margins(plan.requirement, runs), plan.share) if runs else WORST_MARGIN
 
 
-def _tell(study, ask: Ask, trial: Trial, plan: ExplorePlan) -> None:
-    """Tell the sampler a trial: its values and, on every path, its constraints."""
-    ask.set_constraint("buildable", -1.0 if trial.is_built else 1.0)
-    # A front is not bound to the limits; a constraint that is kept says so to optuna.
-    ask.set_constraint("limits", log(trial.score) if plan.objectives is None else -1.0)
-    study.tell(ask, list(_values(trial, plan)))
+def _constraints(trial: Trial, plan: ExplorePlan) -> dict[str, float]:
+    """What a trial must keep, kept where at most 0; a front is not bound to the limits."""
+    limits = log(trial.score) if plan.objectives is None else -1.0
+    return {"buildable": -1.0 if trial.is_built else 1.0, "limits": limits}
 
 
 def _values(trial: Trial, plan: ExplorePlan) -> tuple[float, ...]:

@@ -2,7 +2,8 @@
 
 import importlib.util
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import optuna
@@ -71,11 +72,33 @@ def check_sampler(name: str, searched: dict[str, BaseDistribution], n_objectives
         raise ValueError(f"sampler {name!r} needs the package {kind.needs!r}, which is not installed")
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """No warnings of what is experimental, or of constraints that a sampler does not heed: both are known here."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExperimentalWarning)
+        warnings.filterwarnings("ignore", "Constraints have been set", UserWarning)
+        yield
+
+
 def new_study(name: str, seed: int, n_trials: int, n_objectives: int) -> optuna.Study:
     """A study in memory that minimises, with the sampler of that name."""
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExperimentalWarning)
+    with _quiet():
         # optuna's generators take 32 bits of a seed.
         sampler = SAMPLERS[name].build(seed % 2**32, n_trials)
         return optuna.create_study(directions=["minimize"] * n_objectives, sampler=sampler)
+
+
+def ask(study: optuna.Study, searched: dict[str, BaseDistribution]) -> optuna.Trial:
+    """A new trial with a value for each variable."""
+    with _quiet():
+        return study.ask(searched)
+
+
+def tell(study: optuna.Study, trial: optuna.Trial, values: tuple[float, ...], constraints: dict[str, float]) -> None:
+    """Tell what a trial was worth. Constraints, kept where at most 0, go with every one: without, it counts as kept."""
+    for name, value in constraints.items():
+        trial.set_constraint(name, value)
+    with _quiet():
+        study.tell(trial, list(values))

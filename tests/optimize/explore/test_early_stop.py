@@ -38,8 +38,8 @@ def test_what_is_worse_on_every_run_is_stopped_and_what_is_cheaper_is_not():
 
 def test_being_worse_in_one_of_two_sampled_values_is_not_enough():
     runs = np.random.Generator(np.random.PCG64(2)).normal(10, 5, (8, 2))
-    assert not is_beaten(standing(runs + [1.0, -1.0]), [standing(runs)], 0.01)
-    assert is_beaten(standing(runs + [1.0, 1.0]), [standing(runs)], 0.01)
+    assert not is_beaten(standing(runs + np.array([1.0, -1.0])), [standing(runs)], 0.01)
+    assert is_beaten(standing(runs + np.array([1.0, 1.0])), [standing(runs)], 0.01)
 
 
 def test_rival_has_as_many_runs_and_asks_for_no_more():
