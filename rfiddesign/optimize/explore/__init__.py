@@ -9,6 +9,7 @@ from rfiddesign.optimize.explore.explorer import (
     check_exploration,
     explore,
 )
+from rfiddesign.optimize.explore.front import FIRST_FRONT_RUN, Front, Member, choose, measure_front
 from rfiddesign.optimize.explore.importance import (
     EVALUATORS,
     Importance,
@@ -25,6 +26,7 @@ from rfiddesign.optimize.explore.variables import KIND_VARIABLES, Choice, Range,
 
 __all__ = [
     "EVALUATORS",
+    "FIRST_FRONT_RUN",
     "FIRST_RUN",
     "KIND_VARIABLES",
     "SAMPLERS",
@@ -33,8 +35,10 @@ __all__ = [
     "Choice",
     "ExplorePlan",
     "Fixed",
+    "Front",
     "Importance",
     "Interaction",
+    "Member",
     "Named",
     "NamingPlan",
     "Objectives",
@@ -48,12 +52,14 @@ __all__ = [
     "apparent_optimum",
     "available_evaluators",
     "check_exploration",
+    "choose",
     "explore",
     "fault_of",
     "importance",
     "interactions",
     "is_beaten",
     "margins",
+    "measure_front",
     "name_candidates",
     "propose",
     "score",

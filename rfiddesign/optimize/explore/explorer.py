@@ -16,6 +16,7 @@ from math import log
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rfiddesign import require
 from rfiddesign.metrics import Requirement, RunMetrics
@@ -45,6 +46,10 @@ class Bench(Protocol):
         """What it costs."""
         ...
 
+    def about_cents(self, proposal: Proposal) -> int:
+        """What it costs, about: at once, without laying tags."""
+        ...
+
     def begin(self, proposal: Proposal, n_runs: int) -> None:
         """A hint: its first runs will be asked for."""
         ...
@@ -70,6 +75,7 @@ class ExplorePlan:
     batch : proposals asked for at a time.
     alpha_stop : significance at which a proposal is stopped.
     speed_mm_per_s : speed of proposals that say nothing of theirs.
+    slack : what goes onto a front keeps limits this many times as large, so that no robot on it is lost.
     """
 
     requirement: Requirement
@@ -83,6 +89,7 @@ class ExplorePlan:
     batch: int = 8
     alpha_stop: float = 0.01
     speed_mm_per_s: float = 0.0
+    slack: float = 2.0
 
     def __post_init__(self):
         require.count("n_trials", self.n_trials, at_most=MAX_TRIALS)
@@ -90,6 +97,7 @@ class ExplorePlan:
         require.count("n_pilot", self.n_pilot, at_most=MAX_TRIALS)
         require.count("batch", self.batch, at_most=1000)
         require.within("alpha_stop", self.alpha_stop, low=0.0, high=0.5)
+        require.within("slack", self.slack, low=1.0, high=WORST_MARGIN)
 
     @property
     def n_told(self) -> int:
@@ -208,14 +216,15 @@ def _try_batch(
     return list(zip(proposals, costs, faults, runs, stopped, strict=True))
 
 
-def _speed(proposal: Proposal, plan: ExplorePlan) -> float:
+def speed_of(proposal: Proposal, plan: ExplorePlan) -> float:
+    """How fast a proposal's robots drive [mm/s]."""
     return plan.speed_mm_per_s if proposal.speed_mm_per_s is None else proposal.speed_mm_per_s
 
 
 def _standing(proposal: Proposal, cost_cents: int, runs: tuple[RunMetrics, ...], plan: ExplorePlan) -> Standing:
     if plan.objectives is None:
         return Standing(np.array([float(cost_cents)]), np.log(margins(plan.requirement, runs))[:, None])
-    known = plan.objectives.known(cost_cents, _speed(proposal, plan))
+    known = plan.objectives.known(cost_cents, speed_of(proposal, plan))
     return Standing(known, plan.objectives.measured(runs))
 
 
@@ -224,20 +233,24 @@ def _score(plan: ExplorePlan, runs: tuple[RunMetrics, ...]) -> float:
 
 
 def _constraints(trial: Trial, plan: ExplorePlan) -> dict[str, float]:
-    """What a trial must keep, kept where at most 0; a front is not bound to the limits."""
-    limits = log(trial.score) if plan.objectives is None else -1.0
-    return {"buildable": -1.0 if trial.is_built else 1.0, "limits": limits}
+    """What a trial must keep, kept where at most 0: a front keeps larger limits."""
+    most = 1.0 if plan.objectives is None else plan.slack
+    return {"buildable": -1.0 if trial.is_built else 1.0, "limits": log(trial.score / most)}
+
+
+def sampled_means(trial: Trial, plan: ExplorePlan) -> NDArray[np.float64]:
+    """Means of the sampled objectives of a front over a trial's runs, shape (k,)."""
+    return plan.objectives.measured(trial.runs).mean(axis=0)
 
 
 def _values(trial: Trial, plan: ExplorePlan) -> tuple[float, ...]:
     """The objectives as the sampler is told them."""
     if plan.objectives is not None:
-        known = plan.objectives.known(trial.cost_cents, _speed(trial.proposal, plan))
+        known = plan.objectives.known(trial.cost_cents, speed_of(trial.proposal, plan))
         exact = dict(zip(plan.objectives.exact, known.tolist(), strict=True))
         if not trial.runs:
             return tuple(exact.get(name, _NO_RUNS_VALUE) for name in plan.objectives.names)
-        means = plan.objectives.measured(trial.runs).mean(axis=0)
-        sampled = dict(zip(plan.objectives.sampled, means.tolist(), strict=True))
+        sampled = dict(zip(plan.objectives.sampled, sampled_means(trial, plan).tolist(), strict=True))
         return tuple((exact | sampled)[name] for name in plan.objectives.names)
     if plan.n_told == 2:
         return (trial.cost_cents / 100, trial.score)

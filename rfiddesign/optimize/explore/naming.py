@@ -75,24 +75,29 @@ def name_candidates(
         trial.proposal.key: Named(trial.proposal, trial.cost_cents, trial.number, True) for trial in promising[:n_tried]
     }
     best = apparent_optimum(trials)
-    dearer: list[Named] = []
+    dearer: list[_Neighbour] = []
     looked_at = islice(_neighbours(list(named.values()), variables, fixed), LOOKS_PER_CANDIDATE * plan.n_candidates)
     for found in looked_at:
         if len(named) >= plan.n_candidates:
             break
         if found.proposal.key in named or bench.fault(found.proposal) is not None:
             continue
-        priced = Named(found.proposal, bench.cost_cents(found.proposal), found.trial, False)
-        if best is None or priced.cost_cents <= best.cost_cents:
-            named[priced.proposal.key] = priced
+        # Tags are laid, for exact prices, only of what is named.
+        if best is None or bench.about_cents(found.proposal) <= best.cost_cents:
+            named[found.proposal.key] = _named(found, bench)
         else:
-            dearer.append(priced)
-    rest = [Named(trial.proposal, trial.cost_cents, trial.number, True) for trial in promising[n_tried:]]
-    for found in [*rest, *dearer]:
-        if len(named) >= plan.n_candidates:
-            break
-        named.setdefault(found.proposal.key, found)
+            dearer.append(found)
+    for trial in promising[n_tried:]:
+        if len(named) < plan.n_candidates:
+            named.setdefault(trial.proposal.key, Named(trial.proposal, trial.cost_cents, trial.number, True))
+    for found in dearer:
+        if len(named) < plan.n_candidates and found.proposal.key not in named:
+            named[found.proposal.key] = _named(found, bench)
     return list(named.values())
+
+
+def _named(found: "_Neighbour", bench: Bench) -> Named:
+    return Named(found.proposal, bench.cost_cents(found.proposal), found.trial, False)
 
 
 def _promising(trials: Sequence[Trial], slack: float) -> list[Trial]:

@@ -85,10 +85,14 @@ class Objectives:
         """Those that are means over runs."""
         return tuple(name for name in self.names if name in SAMPLED)
 
+    def sign(self, name: str) -> float:
+        """-1 for what is maximised, else 1."""
+        return -1.0 if name == SPEED else 1.0
+
     def known(self, cost_cents: int, speed_mm_per_s: float) -> NDArray[np.float64]:
         """Values of the exact objectives, all to be minimised: cost [currency] and the speed's negative [mm/s]."""
-        values = {COST: cost_cents / 100, SPEED: -speed_mm_per_s}
-        return np.array([values[name] for name in self.exact])
+        values = {COST: cost_cents / 100, SPEED: speed_mm_per_s}
+        return np.array([self.sign(name) * values[name] for name in self.exact])
 
     def measured(self, runs: Sequence[RunMetrics]) -> NDArray[np.float64]:
         """Values of the sampled objectives on each run, shape (n_runs, k)."""

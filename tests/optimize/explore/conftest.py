@@ -39,6 +39,9 @@ class FormulaBench:
         given = dict(proposal.values)
         return round(10_000 * proposal.design.layout.n_readers + 1_000 * given["tags_per_m2"])
 
+    def about_cents(self, proposal):
+        return self.cost_cents(proposal)
+
     def begin(self, proposal, n_runs):
         pass
 
