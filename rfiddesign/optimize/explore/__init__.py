@@ -14,7 +14,7 @@ from rfiddesign.optimize.explore.importance import (
     EVALUATORS,
     Importance,
     Interaction,
-    available_evaluators,
+    check_evaluator,
     importance,
     interactions,
 )
@@ -50,7 +50,7 @@ __all__ = [
     "Variable",
     "Variables",
     "apparent_optimum",
-    "available_evaluators",
+    "check_evaluator",
     "check_exploration",
     "choose",
     "explore",

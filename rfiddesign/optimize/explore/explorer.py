@@ -201,8 +201,11 @@ def _try_batch(
     proposals: list[Proposal], bench: Bench, plan: ExplorePlan, standings: list[Standing]
 ) -> list[tuple[Proposal, int, str | None, tuple[RunMetrics, ...], bool]]:
     """Run some proposals in stages; after each, those beaten by what was told before this batch are stopped."""
-    costs = [bench.cost_cents(proposal) for proposal in proposals]
     faults = [bench.fault(proposal) for proposal in proposals]
+    costs = [
+        bench.cost_cents(proposal) if fault is None else bench.about_cents(proposal)
+        for proposal, fault in zip(proposals, faults, strict=True)
+    ]
     runs: list[tuple[RunMetrics, ...]] = [()] * len(proposals)
     stopped = [False] * len(proposals)
     for n_runs in plan.stages:

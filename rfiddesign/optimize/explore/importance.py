@@ -63,11 +63,14 @@ class Interaction:
     share: float
 
 
-def available_evaluators() -> tuple[str, ...]:
-    """Evaluators whose packages are installed."""
-    return tuple(
-        name for name, (_, needs) in EVALUATORS.items() if needs is None or importlib.util.find_spec(needs) is not None
-    )
+def check_evaluator(name: str) -> None:
+    """Raise ValueError if there is no such evaluator, or its package is not installed."""
+    if name not in EVALUATORS:
+        raise ValueError(f"evaluator is {name!r}, must be one of {', '.join(EVALUATORS)}")
+    needs = EVALUATORS[name][1]
+    if needs is not None and importlib.util.find_spec(needs) is None:
+        package = {"sklearn": "scikit-learn"}.get(needs, needs)
+        raise ValueError(f"evaluator {name!r} needs the package {package!r}, which is not installed")
 
 
 def importance(
@@ -78,14 +81,10 @@ def importance(
 
     Raises
     ------
-    ValueError : an unknown evaluator, or one whose package is not installed; fewer than two trials.
+    ValueError : as `check_evaluator`, or fewer than two trials.
     """
-    if evaluator not in EVALUATORS:
-        raise ValueError(f"evaluator is {evaluator!r}, must be one of {', '.join(EVALUATORS)}")
-    build, needs = EVALUATORS[evaluator]
-    if needs is not None and importlib.util.find_spec(needs) is None:
-        package = {"sklearn": "scikit-learn"}.get(needs, needs)
-        raise ValueError(f"evaluator {evaluator!r} needs the package {package!r}, which is not installed")
+    check_evaluator(evaluator)
+    build, _ = EVALUATORS[evaluator]
     scores = np.asarray(scores, float)
     if len(scores) < 2 or len(scores) != len(drawn):
         raise ValueError(f"{len(drawn)} trials with {len(scores)} scores, must be as many, and at least two")
