@@ -1,5 +1,6 @@
 """Search for the cheapest design that holds, with a stated chance of error."""
 
+from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption, Weaker, weaker_designs
 from rfiddesign.optimize.certify import (
     Boundaries,
     Decision,
@@ -19,33 +20,45 @@ from rfiddesign.optimize.cheapest import (
     cheapest_certified,
     next_best,
 )
+from rfiddesign.optimize.criteria import Criterion, MeanCriterion, ShareCriterion
+from rfiddesign.optimize.judge import Battery, battery, judge
 from rfiddesign.optimize.screen import Screen, expected_reads, screen_by_reads
-from rfiddesign.optimize.space import Candidate, Space, Unbuildable, unbuildable
-from rfiddesign.optimize.walk import Outcomes, Progress
+from rfiddesign.optimize.space import Space, Unbuildable, unbuildable
+from rfiddesign.optimize.walk import Outcomes, Progress, SearchRules
 
 __all__ = [
+    "ASSUMPTIONS",
     "CLAIMS",
+    "Assumption",
+    "Battery",
     "Boundaries",
-    "Candidate",
     "Claim",
+    "Criterion",
     "Decision",
+    "MeanCriterion",
     "OperatingCharacteristic",
     "Outcomes",
     "Progress",
     "Screen",
     "SearchResult",
+    "SearchRules",
+    "ShareCriterion",
     "Space",
     "TestPlan",
     "Unbuildable",
     "Verdict",
+    "Weaker",
+    "battery",
     "boundaries",
     "cheapest_certified",
     "decide",
     "error_probabilities",
     "expected_reads",
     "expected_runs",
+    "judge",
     "next_best",
     "operating_characteristic",
     "screen_by_reads",
     "unbuildable",
+    "weaker_designs",
 ]

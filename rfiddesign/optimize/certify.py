@@ -48,13 +48,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from rfiddesign.optimize.criteria import ROUNDING_MARGIN, Criterion, ShareCriterion
+
 Verdict = Literal["certified", "refuted", "undecided"]
 
 MAX_RUNS_ALLOWED = 100_000
-# The e-values are rounded to doubles some max_runs times; asking for a millionth more evidence than needed outweighs
-# that (relative error below 1e-7 at MAX_RUNS_ALLOWED), so that a table entry never rests on a rounding in the wrong
-# direction.
-ROUNDING_MARGIN = 1e-6
 
 
 @dataclass(frozen=True)
@@ -74,6 +72,10 @@ class TestPlan:
         and up to 2.3 % at 2000, for some 40 % more runs on such a design.
     is_alpha_split : False certifies each design at the whole ``alpha_certify``. That is wrong for more than one design
         and exists to show how wrong.
+    criteria : what a design must keep, all of it; without any, the share ``hold_probability`` of its runs.  A design is
+        certified once every criterion is: were one of them not kept, that one would have to be certified wrongly, so
+        that ``alpha_certify`` is not divided among them.  It is refuted once any of them is, each at its part of
+        ``alpha_refute``.
 
     Raises
     ------
@@ -89,6 +91,7 @@ class TestPlan:
     alpha_certify: float = 0.025
     max_runs: int = 1000
     is_alpha_split: bool = True
+    criteria: tuple[Criterion, ...] = ()
 
     def __post_init__(self):
         if not 0 < self.hold_probability < 1:
@@ -103,6 +106,21 @@ class TestPlan:
             raise ValueError(f"n_designs must be at least 1, found {self.n_designs}")
         if not 1 <= self.max_runs <= MAX_RUNS_ALLOWED:
             raise ValueError(f"max_runs must lie in [1, {MAX_RUNS_ALLOWED}], found {self.max_runs}")
+
+    @property
+    def all_criteria(self) -> tuple[Criterion, ...]:
+        """What a design must keep."""
+        return self.criteria or (ShareCriterion("runs pass", self.hold_probability, self.fail_probability),)
+
+    @property
+    def refute_threshold(self) -> float:
+        """Evidence that refutes one criterion."""
+        return len(self.all_criteria) / self.alpha_refute
+
+    @property
+    def certify_threshold(self) -> float:
+        """Evidence that certifies one criterion of one design."""
+        return (self.n_designs if self.is_alpha_split else 1) / self.alpha_certify
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +140,12 @@ class Boundaries:
     def max_runs(self) -> int:
         return len(self.refute_at) - 1
 
+    def crossed(self, scores: NDArray) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Whether the first 1, 2, ... runs refute and certify, two arrays (n,), by scores (n,): 1 if passed, else 0."""
+        n = len(scores)
+        passes = np.cumsum(np.asarray(scores, np.int64))
+        return passes <= self.refute_at[1 : n + 1], passes >= self.certify_at[1 : n + 1]
+
     @cached_property
     def soonest(self) -> int:
         """The fewest runs that can decide anything; max_runs if none can."""
@@ -132,11 +156,16 @@ class Boundaries:
 
 @dataclass(frozen=True)
 class Decision:
-    """The verdict on one design after ``n_runs`` consumed runs, of which ``n_passed`` passed."""
+    """The verdict on one design after ``n_runs`` consumed runs, of which ``n_passed`` passed.
+
+    Where a design is held against several criteria a run passes if it scores 1 in every share, and ``refuted_by`` is
+    the place of the criterion that refuted it.
+    """
 
     verdict: Verdict
     n_runs: int
     n_passed: int
+    refuted_by: int | None = None
 
     @property
     def pass_share(self) -> float:
@@ -159,18 +188,31 @@ class OperatingCharacteristic:
     expected_runs: float
 
 
-@lru_cache(maxsize=64)
 def boundaries(plan: TestPlan) -> Boundaries:
-    """The tables of both tests (arrays are read-only).
+    """The tables of both tests of a plan with one criterion, a share (arrays are read-only).
+
+    Raises
+    ------
+    ValueError : if it has others; see :func:`rfiddesign.optimize.judge.battery`.
+    """
+    if len(plan.all_criteria) > 1 or not isinstance(plan.all_criteria[0], ShareCriterion):
+        raise ValueError("criteria must be one share")
+    return share_boundaries(plan.all_criteria[0], plan.refute_threshold, plan.certify_threshold, plan.max_runs)
+
+
+@lru_cache(maxsize=256)
+def share_boundaries(
+    criterion: ShareCriterion, refute_threshold: float, certify_threshold: float, max_runs: int
+) -> Boundaries:
+    """The tables of both tests of a share (arrays are read-only).
 
     The entry for n runs depends on neither max_runs nor on later entries: a larger cap lengthens the tables and
     changes nothing. Only the four basic operations on doubles are used, so every IEEE machine computes the same tables.
     """
-    p0, p1 = plan.hold_probability, plan.fail_probability
-    multiplicity = plan.n_designs if plan.is_alpha_split else 1
-    n = np.arange(plan.max_runs + 1)
-    refuting = _crossings(p0, 1 - p0, 1 / plan.alpha_refute, plan.max_runs)
-    certifying = _crossings(1 - p1, p1, multiplicity / plan.alpha_certify, plan.max_runs)
+    p0, p1 = criterion.hold, criterion.fail
+    n = np.arange(max_runs + 1)
+    refuting = _crossings(p0, 1 - p0, refute_threshold, max_runs)
+    certifying = _crossings(1 - p1, p1, certify_threshold, max_runs)
     # totals rise strictly: how many of them are <= n says how many adverse outcomes n runs can carry, counted from 0
     refute_at = np.searchsorted(refuting, n, side="right") - 1
     certify_at = n - (np.searchsorted(certifying, n, side="right") - 1)
@@ -225,13 +267,21 @@ def decide(table: Boundaries, outcomes: NDArray[np.bool_]) -> Decision:
         found = f"{outcomes.ndim}-dimensional {outcomes.dtype}"
         raise ValueError(f"outcomes must be a one-dimensional array of bool, found {found}")
     n = min(len(outcomes), table.max_runs)
-    passes = np.cumsum(outcomes[:n])
-    is_refuted = passes <= table.refute_at[1 : n + 1]
-    is_crossed = is_refuted | (passes >= table.certify_at[1 : n + 1])
+    is_refuted, is_certified = table.crossed(outcomes[:n])
+    return first_crossing(is_refuted, is_certified, outcomes[:n])
+
+
+def first_crossing(
+    is_refuted: NDArray[np.bool_], is_certified: NDArray[np.bool_], is_passed: NDArray[np.bool_]
+) -> Decision:
+    """The decision of the first run (n,) that refutes or certifies; of one that did both it would be "refuted"."""
+    n = len(is_passed)
+    is_crossed = is_refuted | is_certified
     first = int(is_crossed.argmax()) if n else 0
     if not n or not is_crossed[first]:
-        return Decision("undecided", n, int(passes[-1]) if n else 0)
-    return Decision("refuted" if is_refuted[first] else "certified", first + 1, int(passes[first]))
+        return Decision("undecided", n, int(is_passed.sum()))
+    n_passed = int(is_passed[: first + 1].sum())
+    return Decision("refuted" if is_refuted[first] else "certified", first + 1, n_passed)
 
 
 def operating_characteristic(plan: TestPlan, pass_probability: float) -> OperatingCharacteristic:

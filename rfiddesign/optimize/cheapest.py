@@ -32,31 +32,53 @@ design of the winner's price is worse; anything about designs that a screen remo
 chosen after the runs were seen; that no design between winner and next best holds (that statement hangs on a design
 which the data pick, so alpha_refute does not cover it).
 
+With a *cost tolerance* e the walk races all designs that cost at most 1 + e times the cheapest one still open, and ends
+at the first certified. Its price then is within e of the lower bound, which statement 2 covers as before.
+
+With a *budget* of runs or of time, or with assumptions to make use of, a ladder comes first: certified designs are
+looked for at prices that rise fast, then between the dearest rung that fell and the cheapest that held. At most half of
+the budget goes there; the walk has the rest. Where it ends early the cheapest certified design is the incumbent, and
+the gap between its price and the lower bound tells how much could be left to save. Both statements hold unchanged:
+certification was divided by the number of all designs, and no rule says which may be tried first.
+
 The walk is a function of the outcomes it consumes. Runs computed ahead, in other sizes, by more workers or before an
 interruption and never consumed change neither the result nor the counts in it.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from itertools import groupby
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from rfiddesign.optimize.certify import Decision, TestPlan
-from rfiddesign.optimize.walk import UNTESTED, Outcomes, Progress, Walk, start_walk
+from rfiddesign.optimize.walk import UNTESTED, Outcomes, Progress, SearchRules, Walk, start_walk
 
 PILOT_RUNS = 16  # consumed by every design of a price level before the best of them is preferred
+LADDER_SHARE = 0.5  # of the budget, at most, for finding some certified design
 
-Claim = Literal["cheapest", "certified, cheaper undecided", "none certified", "none holds", "stopped by budget"]
+Claim = Literal[
+    "cheapest",
+    "cheapest within tolerance",
+    "certified, cheaper undecided",
+    "certified, stopped by budget",
+    "none certified",
+    "none holds",
+    "stopped by budget",
+]
 
 CLAIMS: dict[Claim, str] = {
     "cheapest": "the winner is certified and every cheaper design was refuted",
+    "cheapest within tolerance": "the winner is certified and costs no more than the tolerated share above the lower"
+    " bound, below which every design was refuted",
     "certified, cheaper undecided": "the winner is certified, but cheaper designs reached the cap of runs without a"
     " verdict; the cheapest design that holds costs at least as much as the lower bound",
+    "certified, stopped by budget": "the winner is certified, but the budget ended before every cheaper design was"
+    " decided; the cheapest design that holds costs at least as much as the lower bound",
     "none certified": "every design was tested and none certified, but some stayed without a verdict",
     "none holds": "every design was refuted",
-    "stopped by budget": "the budget of runs ended before any design was certified;"
+    "stopped by budget": "the budget ended before any design was certified;"
     " the cheapest design that holds costs at least as much as the lower bound",
 }
 
@@ -67,7 +89,7 @@ class SearchResult:
 
     Attributes
     ----------
-    winner : the first design certified, None if none was.
+    winner : the first design certified, the cheapest of them where a budget ended the search, None if none was.
     claim : key of :data:`CLAIMS`.
     lower_bound : the cheapest design not refuted (the winner, if nothing cheaper is open), None if all were refuted.
         No design cheaper than this one has p >= p0, but for a chance of alpha_refute.
@@ -75,6 +97,10 @@ class SearchResult:
         cost. Designs of the winner's own price that lost the race are not among them: they cannot be cheaper.
     runners_up : designs that :func:`next_best` certified at higher prices, by rising cost, at most one per price.
     decisions : verdict and consumed runs of every design tested, in the order of their first run.
+    n_untested : designs cheaper than the winner (all, without a winner) that were never tested, nor assumed to be
+        refuted.
+    assumed : designs that count as refuted by assumption alone, with the refuted design that this follows from.
+    strictly : decisions on those, at the evidence that it takes to count others out.
     """
 
     winner: int | None
@@ -83,6 +109,9 @@ class SearchResult:
     undecided: tuple[int, ...]
     runners_up: tuple[int, ...]
     decisions: dict[int, Decision]
+    n_untested: int = 0
+    assumed: dict[int, int] = field(default_factory=dict)
+    strictly: dict[int, Decision] = field(default_factory=dict)
 
     @property
     def order(self) -> tuple[int, ...]:
@@ -92,7 +121,8 @@ class SearchResult:
     @property
     def n_runs_used(self) -> int:
         """Runs consumed by all decisions; runs computed and never looked at do not count."""
-        return sum(decision.n_runs for decision in self.decisions.values())
+        further = (max(0, strict.n_runs - self.decisions[design].n_runs) for design, strict in self.strictly.items())
+        return sum(decision.n_runs for decision in self.decisions.values()) + sum(further)
 
 
 def cheapest_certified(
@@ -100,7 +130,7 @@ def cheapest_certified(
     outcomes: Outcomes,
     plan: TestPlan,
     *,
-    run_budget: int | None = None,
+    rules: SearchRules | None = None,
     on_progress: Callable[[Progress], None] | None = None,
 ) -> SearchResult:
     """Walk in rising cost to the first certified design.
@@ -108,18 +138,24 @@ def cheapest_certified(
     Parameters
     ----------
     cost_cents : integer costs [cent], shape (n,). Designs of equal cost are tried in the order of their index.
-    outcomes : passed and failed runs of design 0..n-1.
+    outcomes : scores of the runs of design 0..n-1.
     plan : thresholds, alphas, the cap of runs per design and the declared number of designs, which must be at least n.
-    run_budget : consumed runs of the whole walk at most. Stopping is valid at any time, it only weakens the claim.
+    rules : tolerance, budgets and assumptions. Stopping is valid at any time, it only weakens the claim.
     on_progress : called after every look at a design. It cannot change the result.
 
     Raises
     ------
-    ValueError : costs that are not a non-empty row of non-negative integers, more designs than declared, or a negative
-        budget.
+    ValueError : costs that are not a non-empty row of non-negative integers, more designs than declared, or rules that
+        are not for these designs.
     """
-    walk = start_walk(cost_cents, outcomes, plan, run_budget, on_progress)
-    return _result(walk, _first_certified(walk, above=-1))
+    walk = start_walk(cost_cents, outcomes, plan, rules or SearchRules(), on_progress)
+    if walk.rules.is_short or walk.rules.weaker is not None:
+        _climb(walk)
+    winner = _first_certified(walk, above=-1)
+    if winner is None:
+        certified = [d for d in walk.order if walk.decisions.get(d, UNTESTED).verdict == "certified"]
+        winner = certified[0] if certified else None
+    return _result(walk, winner)
 
 
 def next_best(
@@ -129,14 +165,14 @@ def next_best(
     plan: TestPlan,
     *,
     count: int = 1,
-    run_budget: int | None = None,
+    rules: SearchRules | None = None,
     on_progress: Callable[[Progress], None] | None = None,
 ) -> SearchResult:
     """Walk on above the winner's price to ``count`` more certified designs, one per price, added to ``runners_up``.
 
     That all of them and the winner have p > p1 is covered by the one alpha_certify. Outside the claim: whether a
     design priced between them holds. Winner, claim, lower bound and undecided designs stay as they are. Arguments as in
-    :func:`cheapest_certified`, equal to those of the first walk; ``run_budget`` counts the runs of this call. Fewer
+    :func:`cheapest_certified`, equal to those of the first walk; a budget of runs counts those of this call. Fewer
     than ``count`` are added when designs or budget run out.
 
     Raises
@@ -147,7 +183,9 @@ def next_best(
         raise ValueError(f"result must have a winner to continue from, found claim {result.claim!r}")
     if count < 1:
         raise ValueError(f"count must be at least 1, found {count}")
-    walk = start_walk(cost_cents, outcomes, plan, run_budget, on_progress, dict(result.decisions))
+    rules = replace(rules or SearchRules(), cost_tolerance=0.0)
+    walk = start_walk(cost_cents, outcomes, plan, rules, on_progress, dict(result.decisions))
+    walk.assumed.update(result.assumed)
     certified = [result.winner, *result.runners_up]
     for _ in range(count):
         following = _first_certified(walk, above=walk.cost[certified[-1]])
@@ -158,33 +196,84 @@ def next_best(
 
 
 def _first_certified(walk: Walk, above: int) -> int | None:
-    """Race price after price above a cost; the first design certified, None if designs or budget run out."""
+    """Race band after band of prices above a cost; the first design certified, None if designs or budget run out."""
     dearer = [design for design in walk.order if walk.cost[design] > above]
-    for _, price_level in groupby(dearer, key=walk.cost.__getitem__):
-        winner = _race(walk, list(price_level))
-        walk.racing.clear()
-        if winner is not None or walk.is_exhausted:
+    walk.racing.clear()
+    at = 0
+    while at < len(dearer) and not walk.is_exhausted:
+        design = dearer[at]
+        if walk.decisions.get(design, UNTESTED).verdict == "certified":
+            return design
+        if not walk.is_open(design):
+            at += 1
+            walk.racing.discard(design)
+            continue
+        winner = _race_once(walk, dearer[at:], walk.cost[design] * (1 + walk.rules.cost_tolerance))
+        if winner is not None:
             return winner
     return None
 
 
-def _race(walk: Walk, price_level: list[int]) -> int | None:
-    """Test designs of one price: a pilot for each, then the one with the best posterior mean gets growing batches.
+def _race_once(walk: Walk, dearer: list[int], limit: float) -> int | None:
+    """One look within the band of prices up to a limit: the pilot of a newcomer, or a batch for the best so far.
 
-    Ends at the first certified design, or when all are decided or capped. Which design is preferred steers power only:
-    the error bounds hold for any way of choosing.
+    Which design is preferred steers power only: the error bounds hold for any way of choosing. Returns the design if
+    that look, or one before, certified it.
     """
-    for design in price_level:
-        if walk.look(design, PILOT_RUNS).verdict == "certified":
+    band = []
+    for design in dearer:
+        if walk.cost[design] > limit:
+            break
+        decision = walk.decisions.get(design, UNTESTED)
+        if decision.verdict == "certified":
             return design
-    while racing := [design for design in price_level if walk.is_open(design)]:
-        if walk.is_exhausted:
+        if walk.is_open(design):
+            band.append(design)
+            if decision.n_runs < PILOT_RUNS:
+                return design if walk.look(design, PILOT_RUNS).verdict == "certified" else None
+    best = max(band, key=lambda design: _posterior_mean(walk.decisions[design]))
+    n_runs = walk.decisions[best].n_runs
+    return best if walk.look(best, n_runs + max(PILOT_RUNS, n_runs // 2)).verdict == "certified" else None
+
+
+def _climb(walk: Walk) -> None:
+    """Look for some certified design: rungs at ranks of cost that double, then halve what lies below the first held.
+
+    Each rung tries the most promising design at or below its price that was not tried yet. A design that falls takes
+    with it those assumed to be weaker.
+    """
+    rules, start = walk.rules, walk.n_runs
+    promise = np.zeros(len(walk.order)) if rules.promise is None else np.asarray(rules.promise, float)
+
+    def is_over() -> bool:
+        is_late = rules.time_used is not None and rules.time_used() >= LADDER_SHARE
+        is_spent = rules.run_budget is not None and walk.n_runs - start >= LADDER_SHARE * rules.run_budget
+        return is_late or is_spent or walk.is_exhausted
+
+    def holds(low: int, high: int) -> bool | None:
+        """Try the best of the ranks low..high - 1; None if none of them is open."""
+        options = [design for design in walk.order[low:high] if walk.is_open(design)]
+        if not options:
             return None
-        best = max(racing, key=lambda design: _posterior_mean(walk.decisions[design]))
-        n_runs = walk.decisions[best].n_runs
-        if walk.look(best, n_runs + max(PILOT_RUNS, n_runs // 2)).verdict == "certified":
-            return best
-    return None
+        best = max(options, key=lambda design: (promise[design], walk.place[design]))
+        while walk.is_open(best) and not is_over():
+            walk.look(best, 2 * walk.decisions.get(best, UNTESTED).n_runs + PILOT_RUNS)
+        verdict = walk.decisions.get(best, UNTESTED).verdict
+        if verdict == "refuted":
+            walk.assume_weaker_refuted(best)
+        return verdict == "certified"
+
+    n, low, high = len(walk.order), 0, 1
+    while not is_over() and not holds(low, high):
+        if high == n:
+            return
+        low, high = high, min(2 * high, n)
+    while high - low > 1 and not is_over():
+        middle = (low + high) // 2
+        if holds(low, middle):
+            high = middle
+        else:
+            low = middle
 
 
 def _posterior_mean(decision: Decision) -> float:
@@ -192,19 +281,27 @@ def _posterior_mean(decision: Decision) -> float:
 
 
 def _result(walk: Walk, winner: int | None) -> SearchResult:
-    not_refuted = [d for d in walk.order if walk.decisions.get(d, UNTESTED).verdict != "refuted"]
-    cheaper_open = [d for d in not_refuted if winner is None or walk.cost[d] < walk.cost[winner]]
+    remaining = [d for d in walk.order if not walk.is_ruled_out(d)]
+    cheaper = [d for d in remaining if winner is None or walk.cost[d] < walk.cost[winner]]
+    lower_bound = cheaper[0] if cheaper else winner
+    is_stopped = any(walk.is_open(d) for d in cheaper)
     if winner is not None:
-        claim: Claim = "certified, cheaper undecided" if cheaper_open else "cheapest"
-    elif not cheaper_open:
+        is_close = walk.cost[winner] <= walk.cost[lower_bound] * (1 + walk.rules.cost_tolerance)
+        claim: Claim = "certified, stopped by budget" if is_stopped else "certified, cheaper undecided"
+        if is_close:
+            claim = "cheapest within tolerance" if cheaper else "cheapest"
+    elif not cheaper:
         claim = "none holds"
     else:
-        claim = "stopped by budget" if any(walk.is_open(d) for d in cheaper_open) else "none certified"
+        claim = "stopped by budget" if is_stopped else "none certified"
     return SearchResult(
         winner=winner,
         claim=claim,
-        lower_bound=cheaper_open[0] if cheaper_open else winner,
-        undecided=tuple(d for d in cheaper_open if d in walk.decisions),
+        lower_bound=lower_bound,
+        undecided=tuple(d for d in cheaper if d in walk.decisions),
         runners_up=(),
         decisions=walk.decisions,
+        n_untested=sum(d not in walk.decisions for d in cheaper),
+        assumed=walk.assumed,
+        strictly=walk.strictly,
     )

@@ -41,10 +41,8 @@ def expected_reads(designs: tuple[Design, ...], mapped: Callable[..., Iterable] 
     return np.array([d.layout.n_readers * per_reader[d.antenna.area, d.pattern] for d in designs])
 
 
-def screen_by_reads(
-    designs: tuple[Design, ...], minimum: float, mapped: Callable[..., Iterable] = map
-) -> tuple[np.ndarray, Screen]:
-    """Which designs (bool, shape (n,)) expect at least `minimum` reads per poll, and the screen as declared."""
-    is_kept = expected_reads(designs, mapped) >= minimum if minimum > 0 else np.ones(len(designs), bool)
+def screen_by_reads(reads: np.ndarray, minimum: float) -> tuple[np.ndarray, Screen]:
+    """Which designs (bool, (n,)) expect at least `minimum` reads per poll, and the screen as declared."""
+    is_kept = reads >= minimum
     rule = f"fewer than {minimum:g} expected reads per poll of all readers"
     return is_kept, Screen(rule, "heuristic", int(np.count_nonzero(~is_kept)))

@@ -17,14 +17,6 @@ MAX_DESIGNS = 1_000_000
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """What runs try: a design, and the estimator on its robots, by the name that the study has for it."""
-
-    design: Design
-    estimator: str
-
-
-@dataclass(frozen=True)
 class Space:
     """Values of each variable of a design, the reader of all, and names of estimators, the preferred one first."""
 
@@ -49,13 +41,9 @@ class Space:
         """Every design, whatever the estimator."""
         return tuple(Design(*values, self.reader) for values in product(self.layouts, self.antennas, self.patterns))
 
-    def candidates(self) -> tuple[Candidate, ...]:
-        """Every combination; a candidate's place in this order, in which estimators count fastest, is its number."""
-        return tuple(Candidate(design, estimator) for design in self.designs() for estimator in self.estimators)
-
-    def estimator_of(self, number: int) -> int:
-        """Place in `estimators` of the one that a candidate has."""
-        return number % len(self.estimators)
+    def candidates(self) -> tuple[tuple[Design, str], ...]:
+        """Every design with every estimator's name; its place in this order, estimators fastest, is its number."""
+        return tuple((design, estimator) for design in self.designs() for estimator in self.estimators)
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,21 @@ class RequirementRecord(Record):
     converged_within_s: float | None
 
 
+class CriterionRecord(Record):
+    """What a design must keep over its runs: a share of them, or a mean of scores, with both thresholds."""
+
+    words: str
+    kind: Literal["share", "mean"]
+    hold: float
+    fail: float
+
+
 class TestRecord(Record):
-    """What was declared of the test before the first run."""
+    """What was declared of the test before the first run.
+
+    `criteria` has all that a design must keep in the order in which verdicts count them; `assumptions` what was assumed
+    to spare runs, in words.
+    """
 
     __test__ = False
 
@@ -41,6 +54,9 @@ class TestRecord(Record):
     alpha_certify: float
     n_designs: int
     max_runs: int
+    criteria: list[CriterionRecord] = []
+    cost_tolerance: float = 0.0
+    assumptions: list[str] = []
 
 
 class AreaRecord(Record):
@@ -128,7 +144,8 @@ class DesignRecord(Record):
     Where the study leaves the estimator open, a design stands here once with each estimator that it was tested with,
     and its name says which.
     `n_complete` of the `n_runs` runs went to their end; the others were stopped once they had certainly failed, and the
-    errors in `metrics` (means over all runs) are then those up to the stop.
+    errors in `metrics` (means over all runs) are then those up to the stop.  Of several scenarios `metrics` are those
+    of the study's own, and `scenarios` has those of the others.  `tagged_m2` is the floor that is covered and surveyed.
     """
 
     number: int
@@ -143,16 +160,30 @@ class DesignRecord(Record):
     n_runs: int
     n_complete: int
     metrics: dict[str, MeanRecord]
+    scenarios: dict[str, dict[str, MeanRecord]] = {}
+    tagged_m2: float | None = None
 
 
 class DecisionRecord(Record):
-    """What the search decided of a design, on how many runs, at which cost."""
+    """What the search decided of a design, on how many runs, at which cost.
+
+    `refuted_by` is the place of the criterion that refuted it, where there are several.
+    """
 
     design: int
     cost_cents: int
     verdict: Verdict
     n_runs: int
     n_passed: int
+    refuted_by: int | None = None
+
+
+class AssumedRecord(Record):
+    """A design that counts as refuted by assumption alone, since `follows_from`, assumed to be no weaker, was."""
+
+    design: int
+    cost_cents: int
+    follows_from: int
 
 
 class CostLineRecord(Record):
@@ -208,7 +239,8 @@ class AnswerRecord(Record):
     """The answer for one size of fleet.
 
     `undecided` lists the designs cheaper than the winner that came to no verdict; `decisions` every design tested,
-    those of the winner's own price that lost the race included.
+    those of the winner's own price that lost the race included.  `n_untested` counts the designs cheaper than the
+    winner that a budget left untested, `assumed` those that only an assumption refutes.
     """
 
     n_robots: int
@@ -225,6 +257,15 @@ class AnswerRecord(Record):
     fronts: list[FrontRecord]
     coverage: CoverageRecord | None
     computing: ComputingRecord | None = None
+    n_untested: int = 0
+    assumed: list[AssumedRecord] = []
+
+    @property
+    def gap(self) -> float | None:
+        """What the winner costs above the lower bound, as a share of that; None without both."""
+        if self.winner is None or self.lower_bound is None:
+            return None
+        return self.winner.cost_cents / max(self.lower_bound.cost_cents, 1) - 1
 
 
 class StudyResult(Record):

@@ -29,19 +29,23 @@ Result = TypeVar("Result")
 
 @dataclass(frozen=True)
 class Job:
-    """Run number `run` of `design`, with an estimator in place of the scenario's if there is one."""
+    """Run number `run` of `design`; an estimator or a scenario given here takes the place of the simulator's.
+
+    A scenario given here must have the simulator's floor.
+    """
 
     design: Design
     run: int
     estimator: Settings | None = None
+    scenario: Scenario | None = None
 
 
 class Simulator:
-    """Runs designs through one scenario.  The runs release the GIL, so that threads use all cores.
+    """Runs designs through scenarios on one floor.  The runs release the GIL, so that threads use all cores.
 
     Parameters
     ----------
-    scenario : how designs are exercised.
+    scenario : how designs are exercised, unless a job says otherwise.
     seed : seed of the study; run i of every design draws from (seed, i) alone.
     n_workers : threads; None: one per core.
     stop_at : a run that has certainly failed this requirement ends; None: every run is completed.
@@ -61,7 +65,7 @@ class Simulator:
         self.stop_at = stop_at
         self._tags = InstalledTags(scenario.floor)
         # Design and estimator are kept beside what belongs to them, so that no other can get their identity.
-        self._prepared: dict[tuple[int, int], tuple[Job, PreparedDesign]] = {}
+        self._prepared: dict[tuple[int, int, int], tuple[Job, PreparedDesign]] = {}
         self._pool = ThreadPoolExecutor(n_workers or os.cpu_count() or 1)
 
     def __enter__(self) -> Self:
@@ -98,20 +102,23 @@ class Simulator:
 
     def computing_time(self, job: Job) -> ComputingTime:
         """What the estimator computes on a recording of this run; measured on this thread."""
-        tags, poses = self.tags(job.design.pattern), true_poses(self.scenario, self.seed, job.run)
-        return measure(self._prepare(job), self.scenario, tags, poses, key_of(self.seed, job.run))
+        scenario = job.scenario or self.scenario
+        tags, poses = self.tags(job.design.pattern), true_poses(scenario, self.seed, job.run)
+        return measure(self._prepare(job), scenario, tags, poses, key_of(self.seed, job.run))
 
     def _trace(self, job: Job, stop_at: Requirement | None) -> Trace:
-        key, tags = key_of(self.seed, job.run), self.tags(job.design.pattern)
-        poses = true_poses(self.scenario, self.seed, job.run)
-        return trace_run(self._prepare(job), self.scenario, tags, poses, key, stop_at)
+        key, tags, scenario = key_of(self.seed, job.run), self.tags(job.design.pattern), job.scenario or self.scenario
+        poses = true_poses(scenario, self.seed, job.run)
+        return trace_run(self._prepare(job), scenario, tags, poses, key, stop_at)
 
     def _prepare(self, job: Job) -> PreparedDesign:
-        """Design and estimator made ready; those asked for last are kept, by identity: hashing takes as long."""
-        identity = (id(job.design), id(job.estimator))
+        """What a job consists of made ready; those asked for last are kept, by identity: hashing takes as long."""
+        identity = (id(job.design), id(job.estimator), id(job.scenario))
         kept = self._prepared.get(identity)
         if kept is None:
-            scenario = self.scenario if job.estimator is None else replace(self.scenario, estimator=job.estimator)
+            scenario = job.scenario or self.scenario
+            if job.estimator is not None:
+                scenario = replace(scenario, estimator=job.estimator)
             kept = (job, prepare(job.design, scenario))
             if len(self._prepared) >= DESIGNS_KEPT:
                 self._prepared.clear()
@@ -119,4 +126,4 @@ class Simulator:
         return kept[1]
 
     def _score(self, job: Job) -> RunMetrics:
-        return score(self._trace(job, self.stop_at), self.scenario)
+        return score(self._trace(job, self.stop_at), job.scenario or self.scenario)

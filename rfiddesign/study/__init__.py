@@ -3,9 +3,9 @@
 from rfiddesign.study.commands import check_study, coverage_of_study, evaluate_study
 from rfiddesign.study.export import export_estimator
 from rfiddesign.study.load import Study, load_study
-from rfiddesign.study.pipeline import Stage
 from rfiddesign.study.run_study import run_study
 from rfiddesign.study.run_variants import run_variants
+from rfiddesign.study.stages import Stage
 from rfiddesign.study.variants import variant_of
 
 __all__ = [

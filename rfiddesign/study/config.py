@@ -10,7 +10,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
+from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption
 from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
+from rfiddesign.study.requirements_config import FurtherRequirement
+from rfiddesign.study.scenarios_config import Scenarios
 from rfiddesign.study.sections import Density, Name, NotNegative, PatternKind, Pitch, Positive, Section, Share
 from rfiddesign.study.variants_config import ComparisonSection, Variants
 from rfiddesign.study.world_config import WorldSection
@@ -147,9 +150,27 @@ class SearchSection(Section):
     limit_factors: Annotated[list[Positive], Field(max_length=10)] = Field(
         [0.5, 0.75, 1.5, 2.0], description="tighter and looser limits at which the runs made are looked at again"
     )
+    cost_tolerance: Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)] = Field(
+        0.0, description="a certified design that costs at most this share more than the cheapest possible is enough"
+    )
+    assume: Annotated[list[Assumption], Field(max_length=len(ASSUMPTIONS))] = Field(
+        [], description="designs that are not tried once a stronger one is refuted; nothing proves these assumptions"
+    )
+    # Left out of what is saved and hashed: a larger budget goes on where a smaller one ended.
+    budget_runs: Annotated[int, Field(ge=1, le=10**9)] | None = Field(
+        None, exclude=True, description="runs of the whole search at most; the answer says what it did not come to"
+    )
+    budget_minutes: Annotated[float, Field(gt=0, le=100_000, allow_inf_nan=False)] | None = Field(
+        None, exclude=True, description="minutes of the whole search at most; what is found then depends on the machine"
+    )
     min_expected_reads: NotNegative = Field(
         0.0, description="heuristic screen: designs with fewer expected reads per poll of all readers are not tried"
     )
+
+    @property
+    def is_short(self) -> bool:
+        """Whether runs or minutes are limited."""
+        return self.budget_runs is not None or self.budget_minutes is not None
 
     @model_validator(mode="after")
     def _gap(self) -> "SearchSection":
@@ -161,6 +182,8 @@ class SearchSection(Section):
     def _distinct(self) -> "SearchSection":
         if len({1.0, *self.limit_factors}) <= len(self.limit_factors):
             raise ValueError(f"limit_factors is {self.limit_factors}, must not name a factor twice, nor 1")
+        if len(set(self.assume)) < len(self.assume):
+            raise ValueError(f"assume is {self.assume}, must not name an assumption twice")
         return self
 
 
@@ -177,7 +200,11 @@ class StudyFile(EstimatorChoice):
     robot: RobotSection = RobotSection()
     fleet: FleetSection = FleetSection()
     requirement: RequirementSection
+    requirements: Annotated[list[FurtherRequirement], Field(max_length=20)] = Field(
+        [], description="limits on means and quantiles over all drives, beside those that each drive must keep"
+    )
     scenario: ScenarioSection = ScenarioSection()
+    scenarios: Scenarios = Field([], description="more scenarios, each of which a design must hold in, too")
     world: WorldSection = WorldSection()
     design: DesignSection = DesignSection()
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")

@@ -11,13 +11,14 @@ from rfiddesign.evaluate import Evaluation
 from rfiddesign.floor import AreaRow, Floor
 from rfiddesign.geometry import Aliasing, aliased_headings, blind_corridors, blind_distances, coverage
 from rfiddesign.metrics import Requirement, RunMetrics
-from rfiddesign.optimize import CLAIMS, Decision, TestPlan
+from rfiddesign.optimize import ASSUMPTIONS, CLAIMS, Decision, ShareCriterion, TestPlan
 from rfiddesign.results import study_result as records
 from rfiddesign.simulation.computing import ComputingTime
 from rfiddesign.simulation.run import Trace
 from rfiddesign.study.assumptions import assumptions, estimator_words
+from rfiddesign.study.candidates import Candidates
 from rfiddesign.study.load import Study
-from rfiddesign.study.pipeline import Answer, Candidates, Front, fronts
+from rfiddesign.study.pipeline import Answer, Front, Runs, fronts
 
 BLIND_LIMIT_MM = 500.0
 # More digits than any result has, fewer than where compilers differ.
@@ -33,7 +34,7 @@ class Findings:
     Parameters
     ----------
     sensitivity : how the floor's area moves with the map's thresholds.
-    runs : the consumed runs of each tested design, by number.
+    runs : the consumed runs of each tested design, by number, for each scenario.
     digest : hash of everything that the answer depends on.
     computing : what the estimator of each winner computes, by number.
     """
@@ -44,7 +45,7 @@ class Findings:
     candidates: Candidates
     plan: TestPlan
     answers: tuple[Answer, ...]
-    runs: dict[int, list[RunMetrics]]
+    runs: dict[int, Runs]
     digest: str
     computing: dict[int, ComputingTime]
 
@@ -68,6 +69,9 @@ def study_result(findings: Findings) -> records.StudyResult:
             alpha_certify=findings.plan.alpha_certify,
             n_designs=findings.plan.n_designs,
             max_runs=findings.plan.max_runs,
+            criteria=criterion_records(findings.plan),
+            cost_tolerance=study.file.search.cost_tolerance,
+            assumptions=[ASSUMPTIONS[assumption] for assumption in study.file.search.assume],
         ),
         floor=records.FloorRecord(
             name=findings.floor.name,
@@ -86,7 +90,7 @@ def study_result(findings: Findings) -> records.StudyResult:
             ],
         ),
         space=records.SpaceRecord(
-            n_combinations=candidates.space.size,
+            n_combinations=candidates.n_combinations,
             n_unbuildable=candidates.n_unbuildable,
             unbuildable=[
                 records.UnbuildableRecord(layout=pair.layout_name, antenna=pair.antenna_name, reason=pair.reason)
@@ -101,20 +105,31 @@ def study_result(findings: Findings) -> records.StudyResult:
         assumptions=assumptions(study),
         estimators=[
             records.EstimatorRecord(name=name, words=estimator_words(name, settings))
-            for name, settings in zip(candidates.space.estimators, candidates.settings, strict=True)
+            for name, settings in candidates.estimators
         ],
         answers=[_answer(findings, answer) for answer in findings.answers],
-        designs=[_design(candidates, number, runs) for number, runs in sorted(findings.runs.items())],
+        designs=[
+            _design(candidates, number, runs, study.criteria.scenarios)
+            for number, runs in sorted((_untested_bounds(findings) | findings.runs).items())
+        ],
     )
+
+
+def _untested_bounds(findings: Findings) -> dict[int, Runs]:
+    """Lower bounds that a budget left untested: no runs of each, by number."""
+    bounds = (answer.search.lower_bound for answer in findings.answers)
+    none: Runs = tuple([] for _ in findings.study.criteria.scenarios)
+    return {findings.candidates.numbers[bound]: none for bound in bounds if bound is not None}
 
 
 def chosen_design(findings: Findings, answer: Answer) -> records.ChosenDesign:
     """The winner of an answer as the workshop needs it."""
     number = findings.candidates.numbers[answer.search.winner]
-    design, price = findings.candidates.designs[number], answer.costs[number]
+    found, price = findings.candidates.by_number[number], answer.costs[number]
+    design = found.design
     lattice = design.pattern.lattice
     return records.ChosenDesign(
-        name=findings.candidates.name(number),
+        name=found.name,
         n_robots=answer.n_robots,
         layout=design.layout.name,
         antennas=antenna_poses(design),
@@ -126,10 +141,10 @@ def chosen_design(findings: Findings, answer: Answer) -> records.ChosenDesign:
         tags_per_m2=rounded(design.pattern.tags_per_m2),
         lattice_basis_mm=None if lattice is None else [tuple(map(rounded, row)) for row in lattice.basis_mm],
         pattern_seed=findings.study.file.seed,
-        n_tags=findings.candidates.n_tags[number],
+        n_tags=found.n_tags,
         cost_cents=price.total_cents,
         currency=price.currency,
-        estimator=findings.candidates.estimator(number),
+        estimator=found.estimator,
     )
 
 
@@ -224,14 +239,23 @@ def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
         undecided=[decision(index) for index in search.undecided],
         decisions=[decision(index) for index in search.order],
         n_runs_used=search.n_runs_used,
+        n_untested=search.n_untested,
+        assumed=[
+            records.AssumedRecord(
+                design=numbers[index],
+                cost_cents=answer.costs[numbers[index]].total_cents,
+                follows_from=numbers[stronger],
+            )
+            for index, stronger in search.assumed.items()
+        ],
         fronts=[_front(findings, answer, front) for front in found],
-        coverage=None if winner is None else _coverage(findings.candidates.designs[winner]),
+        coverage=None if winner is None else _coverage(findings.candidates.by_number[winner].design),
         computing=None if winner is None else _computing(findings, winner),
     )
 
 
 def _computing(findings: Findings, number: int) -> records.ComputingRecord:
-    name, n_flops = findings.candidates.estimator(number), about(findings.computing[number].flops_per_step)
+    name, n_flops = findings.candidates.by_number[number].estimator, about(findings.computing[number].flops_per_step)
     return records.ComputingRecord(estimator=name, dt_s=findings.study.file.scenario.dt_s, flops_per_step=n_flops)
 
 
@@ -256,6 +280,7 @@ def _decision(answer: Answer, number: int, decision: Decision | None) -> records
         verdict=decision.verdict,
         n_runs=decision.n_runs,
         n_passed=decision.n_passed,
+        refuted_by=decision.refuted_by,
     )
 
 
@@ -274,25 +299,43 @@ def _cost_lines(price: Cost) -> list[records.CostLineRecord]:
     ]
 
 
-def _design(candidates: Candidates, number: int, runs: list[RunMetrics]) -> records.DesignRecord:
-    design = candidates.designs[number]
-    means = Evaluation(design.name, tuple(runs), (), 0, 0.0).metrics()
+def _design(candidates: Candidates, number: int, runs: Runs, scenarios: tuple[str, ...]) -> records.DesignRecord:
+    found = candidates.by_number[number]
+    design = found.design
     return records.DesignRecord(
         number=number,
-        name=candidates.name(number),
-        estimator=candidates.estimator(number),
+        name=found.name,
+        estimator=found.estimator,
         layout=design.layout.name,
         antenna=design.antenna.name,
         pattern=design.pattern.name,
         tags_per_m2=rounded(design.pattern.tags_per_m2),
         n_readers=design.layout.n_readers,
-        n_tags=candidates.n_tags[number],
-        n_runs=len(runs),
-        n_complete=sum(run.is_complete for run in runs),
-        metrics={
-            name: records.MeanRecord(
-                mean=rounded(mean.mean), stderr=None if mean.stderr is None else rounded(mean.stderr)
-            )
-            for name, mean in means.items()
-        },
+        n_tags=found.n_tags,
+        tagged_m2=rounded(found.tagged_m2),
+        n_runs=len(runs[0]),
+        n_complete=sum(run.is_complete for run in runs[0]),
+        metrics=_means(design, runs[0]),
+        scenarios={name: _means(design, row) for name, row in zip(scenarios[1:], runs[1:], strict=True)},
     )
+
+
+def _means(design: Design, runs: list[RunMetrics]) -> dict[str, records.MeanRecord]:
+    means = Evaluation(design.name, tuple(runs), (), 0, 0.0).metrics() if runs else {}
+    return {
+        name: records.MeanRecord(mean=rounded(mean.mean), stderr=None if mean.stderr is None else rounded(mean.stderr))
+        for name, mean in means.items()
+    }
+
+
+def criterion_records(plan: TestPlan) -> list[records.CriterionRecord]:
+    """What a design must keep, as tested."""
+    return [
+        records.CriterionRecord(
+            words=criterion.name,
+            kind="share" if isinstance(criterion, ShareCriterion) else "mean",
+            hold=criterion.hold,
+            fail=criterion.fail,
+        )
+        for criterion in plan.all_criteria
+    ]

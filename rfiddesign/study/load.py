@@ -20,8 +20,10 @@ from rfiddesign.optimize import Space
 from rfiddesign.simulation.run import true_poses
 from rfiddesign.simulation.scenario import Routes, Scenario
 from rfiddesign.study.config import FloorSection, PriceEntry, PriceFile, RequirementSection, StudyFile
+from rfiddesign.study.criteria import BASE, Criteria, further_limit
 from rfiddesign.study.estimators import estimators_of, world_of
-from rfiddesign.study.overrides import apply_overrides
+from rfiddesign.study.overrides import apply_overrides, resolved, with_values
+from rfiddesign.study.scenarios_config import CHANGEABLE, FurtherScenario
 from rfiddesign.study.toml_file import read_toml, validate
 from rfiddesign.study.variants import Variant, read_variants
 
@@ -43,6 +45,7 @@ class Study:
     prices : the price list.
     requirement : limits that a run must keep.
     variants : the variants that the file names, each a complete study.
+    further : the further scenarios that the file names: the file as each of them sets it, by name.
     """
 
     path: Path
@@ -50,6 +53,17 @@ class Study:
     prices: PriceList
     requirement: Requirement
     variants: tuple[Variant, ...] = ()
+    further: tuple[tuple[str, StudyFile], ...] = ()
+
+    @property
+    def criteria(self) -> Criteria:
+        """All that the study asks of a design."""
+        search = self.file.search
+        return Criteria(
+            self.requirement, search.hold_probability, search.fail_probability,
+            tuple(further_limit(section) for section in self.file.requirements),
+            (BASE, *(name for name, _ in self.further)),
+        )  # fmt: skip
 
     @property
     def name(self) -> str:
@@ -85,9 +99,24 @@ def _study(path: Path, data: dict[str, Any]) -> Study:
     requirement = _checked(path, "requirement", lambda: _requirement(file.requirement))
     for factor in file.search.limit_factors:
         _checked(path, "search.limit_factors", lambda factor=factor: requirement.scaled(factor))
-    study = Study(path, file, _price_list(path.parent / file.prices), requirement)
+    further = tuple((scenario.name, _in_scenario(path, data, scenario)) for scenario in file.scenarios)
+    study = Study(path, file, _price_list(path.parent / file.prices), requirement, further=further)
     _check_names(study)
     return study
+
+
+def _in_scenario(path: Path, data: dict[str, Any], scenario: FurtherScenario) -> StudyFile:
+    """The file as a further scenario sets it."""
+    where = f"scenario {scenario.name!r}"
+    pairs = resolved(data, scenario.set.items(), path)
+    for key, _ in pairs:
+        if key.partition(".")[0] not in CHANGEABLE:
+            raise StudyError(f"must be a key of {' or '.join(CHANGEABLE)}", file=path, key=f"{where}: {key}")
+    own = {key: value for key, value in data.items() if key != "scenarios"}
+    try:
+        return validate(StudyFile, with_values(own, pairs, path), path)
+    except StudyError as error:
+        raise StudyError(error.problem, file=path, key=f"{where}: {error.key}") from None
 
 
 def layout_of(study: Study, name: str, key: str) -> ReaderLayout:
@@ -194,6 +223,16 @@ def scenario_of(study: Study, floor: Floor) -> Scenario:
     # A floor too small for a route of that length is found here, before anything is written.
     _checked(study.path, "floor", lambda: true_poses(scenario, file.seed, 0))
     return scenario
+
+
+def scenarios_of(study: Study, floor: Floor) -> tuple[Scenario, ...]:
+    """All scenarios that a design must hold in, that of the study first.
+
+    The robots run the same filter in each: what it believes is what it believes in the first.
+    """
+    base = scenario_of(study, floor)
+    others = (scenario_of(replace(study, file=file), floor) for _, file in study.further)
+    return (base, *(replace(other, estimator=base.estimator) for other in others))
 
 
 def check_tag_count(study: Study, pattern: TagPattern, floor: Floor, key: str) -> None:

@@ -1,12 +1,13 @@
 """Passed and failed runs for the search: simulated when first asked for, kept, and never simulated twice."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 
 import numpy as np
 
-from rfiddesign.metrics import Requirement, RunMetrics
+from rfiddesign.metrics import RunMetrics
 from rfiddesign.simulation.monte_carlo import Job, Simulator
+from rfiddesign.study.criteria import Criteria
 from rfiddesign.study.storage import RunTable
 
 # Runs between two commits: about a second of work.
@@ -16,41 +17,46 @@ DESIGNS_AHEAD = 12
 
 
 class StoredRuns:
-    """Runs of numbered candidates: designs, each with an estimator.
+    """Runs of numbered candidates: designs, each with an estimator, in one scenario or several.
 
     Parameters
     ----------
-    job_of : what to run for (number of a candidate, number of the run).
+    job_of : what to run for (number of a candidate, number of the run, place of the scenario).
     simulator : runs what is missing.
     table : where runs are kept between sessions.
+    n_scenarios : scenarios that every candidate is run in.
     """
 
-    def __init__(self, job_of: Callable[[int, int], Job], simulator: Simulator, table: RunTable):
+    def __init__(
+        self, job_of: Callable[[int, int, int], Job], simulator: Simulator, table: RunTable, n_scenarios: int = 1
+    ):
         self._job_of = job_of
         self._simulator = simulator
         self._table = table
-        self._runs = {
-            (design, run): metrics for design, runs in table.runs().items() for run, metrics in enumerate(runs)
-        }
-        self._begun: dict[tuple[int, int], Future[RunMetrics]] = {}
-        self._unsaved: list[tuple[int, int, RunMetrics]] = []
+        self.n_scenarios = n_scenarios
+        self._runs = {(*key, run): metrics for key, runs in table.runs().items() for run, metrics in enumerate(runs)}
+        self._begun: dict[tuple[int, int, int], Future[RunMetrics]] = {}
+        self._unsaved: list[tuple[int, int, int, RunMetrics]] = []
         self.n_simulated = 0
         self.n_stored = len(self._runs)
 
-    def first(self, design: int, n_runs: int) -> list[RunMetrics]:
-        """The first `n_runs` runs of a design."""
+    def first(self, design: int, n_runs: int) -> tuple[list[RunMetrics], ...]:
+        """The first `n_runs` runs of a design in each scenario."""
         self.begin(design, n_runs)
-        return [self._run(design, run) for run in range(n_runs)]
+        return tuple(
+            [self._run((scenario, design, run)) for run in range(n_runs)] for scenario in range(self.n_scenarios)
+        )
 
     def has(self, design: int, n_runs: int) -> bool:
         """Whether the first `n_runs` runs of a design are at hand."""
-        return all((design, run) in self._runs for run in range(n_runs))
+        return all(key in self._runs for key in self._keys(design, n_runs))
 
     def begin(self, design: int, n_runs: int) -> None:
         """Begin to simulate what is missing of the first `n_runs` runs, without waiting for it."""
-        for run in range(n_runs):
-            if (design, run) not in self._runs and (design, run) not in self._begun:
-                self._begun[design, run] = self._simulator.submit(self._job_of(design, run))
+        for key in self._keys(design, n_runs):
+            if key not in self._runs and key not in self._begun:
+                scenario, _, run = key
+                self._begun[key] = self._simulator.submit(self._job_of(design, run, scenario))
 
     def drop_ahead(self) -> None:
         """Forget runs that were begun ahead and not yet started."""
@@ -58,22 +64,26 @@ class StoredRuns:
 
     def save(self) -> None:
         """Store every finished run, asked for or not."""
-        for (design, run), future in list(self._begun.items()):
+        for key, future in list(self._begun.items()):
             if future.done() and not future.cancelled() and future.exception() is None:
-                self._keep(design, run, future.result())
+                self._keep(key, future.result())
         self._commit()
 
-    def _run(self, design: int, run: int) -> RunMetrics:
-        if (design, run) not in self._runs:
-            self._keep(design, run, self._begun[design, run].result())
+    def _keys(self, design: int, n_runs: int) -> Iterator[tuple[int, int, int]]:
+        # Run by run: what a verdict needs first is begun first.
+        return ((scenario, design, run) for run in range(n_runs) for scenario in range(self.n_scenarios))
+
+    def _run(self, key: tuple[int, int, int]) -> RunMetrics:
+        if key not in self._runs:
+            self._keep(key, self._begun[key].result())
             if len(self._unsaved) >= RUNS_PER_COMMIT:
                 self._commit()
-        return self._runs[design, run]
+        return self._runs[key]
 
-    def _keep(self, design: int, run: int, metrics: RunMetrics) -> None:
-        del self._begun[design, run]
-        self._runs[design, run] = metrics
-        self._unsaved.append((design, run, metrics))
+    def _keep(self, key: tuple[int, int, int], metrics: RunMetrics) -> None:
+        del self._begun[key]
+        self._runs[key] = metrics
+        self._unsaved.append((*key, metrics))
         self.n_simulated += 1
 
     def _commit(self) -> None:
@@ -83,24 +93,23 @@ class StoredRuns:
 
 
 class StoredOutcomes:
-    """The runs held against one requirement, as the search asks for them.
+    """The runs held against what a study asks, as the search asks for them.
 
     `numbers` maps the search's index of a design to its number in the study.
     """
 
-    def __init__(self, runs: StoredRuns, numbers: list[int], requirement: Requirement):
+    def __init__(self, runs: StoredRuns, numbers: list[int], criteria: Criteria):
         self._runs = runs
         self._numbers = numbers
-        self._requirement = requirement
-        self._passed: dict[int, list[bool]] = {}
+        self._criteria = criteria
+        self._scores: dict[int, np.ndarray] = {}
 
-    def passed(self, design: int, n_runs: int) -> np.ndarray:
-        """Which of the first runs of a design passed."""
-        known = self._passed.setdefault(design, [])
-        if len(known) < n_runs:
-            runs = self._runs.first(self._numbers[design], n_runs)
-            known.extend(self._requirement.is_met(run) for run in runs[len(known) :])
-        return np.array(known[:n_runs], bool)
+    def scores(self, design: int, n_runs: int) -> np.ndarray:
+        """Scores of the first runs of a design, see `Criteria.scores`."""
+        known = self._scores.get(design)
+        if known is None or len(known) < n_runs:
+            known = self._scores[design] = self._criteria.scores(self._runs.first(self._numbers[design], n_runs))
+        return known[:n_runs]
 
     def prefetch(self, requests: list[tuple[int, int]]) -> None:
         """Begin what is likely asked for next, unless stored runs answer for now: then nobody waits."""

@@ -12,30 +12,30 @@ from pathlib import Path
 
 import shapely
 
-from rfiddesign.cost import Site
+from rfiddesign.cost import Cost
 from rfiddesign.floor import AreaRow, Floor, area_sensitivity, read_ros_map, write_tags_csv
-from rfiddesign.metrics import RunMetrics
 from rfiddesign.results import folder as files
 from rfiddesign.results.computing import Computing, MeasuredTime
 from rfiddesign.results.study_result import StudyResult, Traces
 from rfiddesign.simulation.computing import ComputingTime
 from rfiddesign.simulation.monte_carlo import Simulator
 from rfiddesign.study import claim
+from rfiddesign.study.budget import Budget
+from rfiddesign.study.candidates import Candidates, find_candidates
 from rfiddesign.study.document import Findings, about, chosen_design, study_result, traces_record
 from rfiddesign.study.load import Study, floor_of, map_thresholds, scenario_of
 from rfiddesign.study.outcomes import StoredRuns
 from rfiddesign.study.pipeline import (
     Answer,
-    Candidates,
-    OnStage,
-    Stage,
-    find_candidates,
+    Fleet,
+    Runs,
     loosest,
     price_candidates,
     search_fleet,
     study_hash,
     test_plan,
 )
+from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.storage import RunTable
 
 # Runs of each chosen design that the report draws as curves.
@@ -71,14 +71,15 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
     with ExitStack() as stack:
         simulator = stack.enter_context(Simulator(scenario_of(study, floor), study.file.seed, workers, loosest(study)))
         candidates = find_candidates(study, floor, simulator, on_stage)
-        costs = {n: price_candidates(study, candidates, Site(n, floor.area_m2)) for n in study.file.fleet.robots}
+        costs = {n: price_candidates(study, candidates, n) for n in study.file.fleet.robots}
         # Nothing is written before all that can be at fault with a study has been looked at.
         if not is_begun:
             claim.claim_folder(out, digest, {"study": json.loads(study.file.model_dump_json())})
-        runs = StoredRuns(candidates.job, simulator, stack.enter_context(RunTable(out / files.RUNS)))
+        table = stack.enter_context(RunTable(out / files.RUNS))
+        runs = StoredRuns(candidates.job, simulator, table, candidates.n_scenarios)
         n_before = runs.n_stored
         try:
-            answers = tuple(search_fleet(study, candidates, n, costs[n], runs, on_stage) for n in costs)
+            answers = _search(study, candidates, costs, runs, on_stage)
         finally:
             runs.save()
         on_stage(Stage("saving"))
@@ -105,6 +106,23 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
     return result
 
 
+def _search(
+    study: Study, candidates: Candidates, costs: dict[int, dict[int, Cost]], runs: StoredRuns, on_stage: OnStage
+) -> tuple[Answer, ...]:
+    """The answer for each fleet; what one leaves of the budget is for those after it."""
+    budget = Budget(study.file.search.budget_runs, study.file.search.budget_minutes)
+    if budget.minutes is not None:
+        # The first run compiles the program where nobody ran it before; that is not searching.
+        runs.first(candidates.numbers[0], 1)
+    answers = []
+    for i, n_robots in enumerate(costs):
+        n_left = len(costs) - i
+        fleet = Fleet(n_robots, costs[n_robots], budget.runs_for_one_of(n_left), budget.time_for_one_of(n_left))
+        answers.append(search_fleet(study, candidates, fleet, runs, on_stage))
+        budget.spend(answers[-1].search.n_runs_used)
+    return tuple(answers)
+
+
 def sensitivity(study: Study) -> tuple[AreaRow, ...]:
     """How the floor's area moves with the thresholds of its map; nothing for a rectangle."""
     section = study.file.floor
@@ -114,11 +132,12 @@ def sensitivity(study: Study) -> tuple[AreaRow, ...]:
     return area_sensitivity(occupancy_map, study.file.robot.footprint_radius_mm, map_thresholds(section))
 
 
-def _consumed(numbers: tuple[int, ...], answers: tuple[Answer, ...], runs: StoredRuns) -> dict[int, list[RunMetrics]]:
+def _consumed(numbers: tuple[int, ...], answers: tuple[Answer, ...], runs: StoredRuns) -> dict[int, Runs]:
     """The runs that any search looked at: those begun ahead in vain are left out, for they depend on the workers."""
     n_consumed: dict[int, int] = {}
     for answer in answers:
-        for index, decision in answer.search.decisions.items():
+        looked_at = [*answer.search.decisions.items(), *answer.search.strictly.items()]
+        for index, decision in looked_at:
             number = numbers[index]
             n_consumed[number] = max(n_consumed.get(number, 0), decision.n_runs)
     return {number: runs.first(number, n) for number, n in n_consumed.items() if n}
@@ -139,7 +158,7 @@ def _save_computing(out: Path, findings: Findings) -> None:
         if answer.search.winner is not None:
             number = findings.candidates.numbers[answer.search.winner]
             us_per_step = about(findings.computing[number].us_per_step)
-            estimator = findings.candidates.estimator(number)
+            estimator = findings.candidates.by_number[number].estimator
             times.append(MeasuredTime(n_robots=answer.n_robots, estimator=estimator, us_per_step=us_per_step))
     files.write_record(out / files.COMPUTING, Computing(times=times))
 
@@ -150,7 +169,7 @@ def _save_answer(out: Path, findings: Findings, answer: Answer, simulator: Simul
     target = files.answer_folder(out, answer.n_robots, is_first=answer is findings.answers[0])
     target.mkdir(exist_ok=True)
     files.write_record(target / files.DESIGN, chosen_design(findings, answer))
-    design = findings.candidates.designs[findings.candidates.numbers[answer.search.winner]]
+    design = findings.candidates.by_number[findings.candidates.numbers[answer.search.winner]].design
     write_tags_csv(target / files.TAGS, simulator.tags(design.pattern))
 
 

@@ -13,8 +13,9 @@ from rfiddesign.results.study_result import AnswerRecord, StudyResult
 from rfiddesign.study import claim
 from rfiddesign.study.commands import check_variants
 from rfiddesign.study.load import Study
-from rfiddesign.study.pipeline import OnStage, Stage, study_hash
+from rfiddesign.study.pipeline import study_hash
 from rfiddesign.study.run_study import run_study
+from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.variants import Variant, in_variant
 
 
@@ -81,7 +82,8 @@ def _answer_variant(variant: Variant, out: Path, n_workers: int | None, on_stage
     """The variant's answer: read if its folder holds it whole, else searched."""
     if (out / files.PROVENANCE).exists() and (out / files.RESULT).exists():
         result = files.read_record(out / files.RESULT, StudyResult)
-        if result.study_hash == study_hash(variant.study):
+        is_cut = any("stopped by budget" in answer.claim for answer in result.answers)
+        if result.study_hash == study_hash(variant.study) and not is_cut:
             on_stage(Stage("answered before"))
             return result
     return run_study(variant.study, out, n_workers, on_stage)

@@ -10,7 +10,7 @@ from rfiddesign.errors import StudyError
 from rfiddesign.metrics import RunMetrics
 
 _METRICS = tuple(field.name for field in fields(RunMetrics))
-_COLUMNS = ("design", "run", *_METRICS)
+_COLUMNS = ("scenario", "design", "run", *_METRICS)
 
 
 class RunTable:
@@ -28,9 +28,8 @@ class RunTable:
             self._connection.execute("PRAGMA locking_mode=EXCLUSIVE")
             self._connection.execute("PRAGMA journal_mode=WAL")
             self._connection.execute("PRAGMA synchronous=NORMAL")
-            self._connection.execute(
-                f"CREATE TABLE IF NOT EXISTS runs ({', '.join(_COLUMNS)}, PRIMARY KEY (design, run)) WITHOUT ROWID"
-            )
+            columns = f"{', '.join(_COLUMNS)}, PRIMARY KEY (scenario, design, run)"
+            self._connection.execute(f"CREATE TABLE IF NOT EXISTS runs ({columns}) WITHOUT ROWID")
         except sqlite3.Error as error:
             raise StudyError(_in_words(error), file=path) from None
 
@@ -40,27 +39,27 @@ class RunTable:
     def __exit__(self, *exception: object) -> None:
         self._connection.close()
 
-    def runs(self) -> dict[int, list[RunMetrics]]:
-        """The stored runs 0, 1, ... of each design, up to the first that is missing."""
-        found: dict[int, list[RunMetrics]] = {}
+    def runs(self) -> dict[tuple[int, int], list[RunMetrics]]:
+        """The stored runs 0, 1, ... of each (scenario, design), up to the first that is missing."""
+        found: dict[tuple[int, int], list[RunMetrics]] = {}
         try:
-            rows = self._connection.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY design, run")
-            for design, run, *values in rows:
-                kept = found.setdefault(design, [])
+            rows = self._connection.execute(f"SELECT {', '.join(_COLUMNS)} FROM runs ORDER BY scenario, design, run")
+            for scenario, design, run, *values in rows:
+                kept = found.setdefault((scenario, design), [])
                 if run == len(kept):
                     kept.append(_metrics(values))
         except sqlite3.Error as error:
             raise StudyError(_in_words(error), file=self._path) from None
         return found
 
-    def add(self, rows: Iterable[tuple[int, int, RunMetrics]]) -> None:
-        """Store runs (design, run, metrics); all of them or, if the process dies, none."""
+    def add(self, rows: Iterable[tuple[int, int, int, RunMetrics]]) -> None:
+        """Store runs (scenario, design, run, metrics); all of them or, if the process dies, none."""
         marks = ", ".join("?" * len(_COLUMNS))
         try:
             self._connection.execute("BEGIN")
             self._connection.executemany(
                 f"INSERT OR REPLACE INTO runs VALUES ({marks})",
-                ((design, run, *_values(metrics)) for design, run, metrics in rows),
+                ((*key, *_values(metrics)) for *key, metrics in rows),
             )
             self._connection.execute("COMMIT")
         except sqlite3.Error as error:

@@ -80,7 +80,7 @@ def filter_share_of_runs(out: Path) -> float:
     designs, seed = space_of(study).designs(), study.file.seed
     scenario, stop_at = scenario_of(study, floor_of(study)), loosest(study)
     with RunTable(out / "runs.sqlite") as table:
-        jobs = [(number, run) for number, stored in table.runs().items() for run in range(len(stored))]
+        jobs = [(number, run) for (_, number), stored in table.runs().items() for run in range(len(stored))]
     whole = alone = 0.0
     with Simulator(scenario, seed, 1) as simulator:
         for number, run in jobs[:: max(1, len(jobs) // N_SAMPLED)]:

@@ -12,6 +12,7 @@ from scipy.stats import binom
 from rfiddesign.optimize import cheapest, walk
 from rfiddesign.optimize.certify import TestPlan, operating_characteristic
 from rfiddesign.optimize.cheapest import CLAIMS, cheapest_certified, next_best
+from rfiddesign.optimize.walk import SearchRules
 
 N_STUDIES = 2000
 
@@ -25,7 +26,7 @@ class Table:
     n_hinted: int = 0
     interrupted_after: float = np.inf
 
-    def passed(self, design, n_runs):
+    def scores(self, design, n_runs):
         self.interrupted_after -= 1
         if self.interrupted_after < 0:
             raise KeyboardInterrupt
@@ -158,8 +159,8 @@ def test_portions_look_ahead_and_interruption_change_nothing(space, calls, porti
     undisturbed = cheapest_certified(cost, Table(rows), SMALL)
 
     class Generous(Table):
-        def passed(self, design, n_runs):
-            return super().passed(design, n_runs + portion)  # more was computed than asked for
+        def scores(self, design, n_runs):
+            return super().scores(design, n_runs + portion)  # more was computed than asked for
 
     with suppress(KeyboardInterrupt):
         cheapest_certified(cost, Table(rows, interrupted_after=calls), SMALL)
@@ -174,7 +175,7 @@ def test_portions_look_ahead_and_interruption_change_nothing(space, calls, porti
 @given(space=SPACES, budget=st.integers(0, 400))
 def test_claims_follow_from_the_decisions(space, budget):
     cost, p, seed = space
-    result = cheapest_certified(cost, Table(draw(p, seed, 150)), SMALL, run_budget=budget)
+    result = cheapest_certified(cost, Table(draw(p, seed, 150)), SMALL, rules=SearchRules(run_budget=budget))
     verdicts = {design: decision.verdict for design, decision in result.decisions.items()}
     assert result.n_runs_used <= budget
     assert result.claim in CLAIMS
@@ -241,7 +242,7 @@ def test_a_cap_too_small_to_certify_leaves_all_undecided():
 
 def test_a_budget_stops_the_walk_and_keeps_the_lower_bound():
     rows = np.array([plain(0.0), plain(1.0), plain(1.0)])
-    result = cheapest_certified([1, 2, 3], Table(rows), TestPlan(n_designs=3), run_budget=12)
+    result = cheapest_certified([1, 2, 3], Table(rows), TestPlan(n_designs=3), rules=SearchRules(run_budget=12))
     assert (result.winner, result.lower_bound, result.claim) == (None, 1, "stopped by budget")
     assert result.n_runs_used == 12
     assert result.undecided == (1,)
@@ -266,7 +267,7 @@ def test_next_best_goes_on_above_the_price_of_the_winner():
     one_by_one = next_best(next_best(first, cost, Table(rows), plan), cost, Table(rows), plan)
     assert one_by_one == both
     assert next_best(both, cost, Table(rows), plan) == both
-    stopped = next_best(first, cost, Table(rows), plan, run_budget=20)
+    stopped = next_best(first, cost, Table(rows), plan, rules=SearchRules(run_budget=20))
     assert stopped.runners_up == ()
     assert next_best(stopped, cost, Table(rows), plan, count=2).runners_up == (4, 6)
 
@@ -310,4 +311,4 @@ def test_continuing_needs_a_winner_and_a_count():
     with pytest.raises(ValueError, match="count"):
         next_best(cheapest_certified([1], table, plan), [1], table, plan, count=0)
     with pytest.raises(ValueError, match="run_budget"):
-        cheapest_certified([1], table, plan, run_budget=-1)
+        cheapest_certified([1], table, plan, rules=SearchRules(run_budget=-1))

@@ -25,7 +25,7 @@ def run(folder, out, *settings, workers=2, on_stage=lambda stage: None) -> Study
 
 def runs_of(out) -> dict:
     with RunTable(out / "runs.sqlite") as table:
-        return table.runs()
+        return {design: runs for (_, design), runs in table.runs().items()}
 
 
 @pytest.fixture(scope="module")

@@ -2,12 +2,12 @@
 
 import pytest
 
-from rfiddesign.cost import Site
 from rfiddesign.errors import StudyError
 from rfiddesign.simulation.monte_carlo import Simulator
 from rfiddesign.study import load_study
-from rfiddesign.study.load import floor_of, scenario_of
-from rfiddesign.study.pipeline import find_candidates, price_candidates, study_hash
+from rfiddesign.study.candidates import find_candidates
+from rfiddesign.study.load import floor_of, scenario_of, space_of
+from rfiddesign.study.pipeline import price_candidates, study_hash
 
 
 def candidates_of(study):
@@ -62,20 +62,21 @@ def test_candidates_are_what_can_be_built_and_passes_the_screen(tiny):
     found = candidates_of(study)
     assert [(pair.layout_name, pair.antenna_name) for pair in found.unbuildable] == [("pair", "80x80")]
     assert found.n_unbuildable == 6
-    assert found.space.size == 24
+    assert found.n_combinations == 24
     (screen,) = found.screens
     assert 0 < screen.n_removed == 24 - 6 - len(found.numbers)
-    designs = found.space.designs()
+    designs = space_of(study).designs()
     for number in found.numbers:
-        design = found.designs[number]
+        design = found.by_number[number].design
         assert design == designs[number]
         assert (design.layout.name, design.antenna.name) != ("pair", "80x80")
-        assert found.n_tags[number] == len(design.pattern.lay(floor_of(study).drivable))
+        assert found.by_number[number].n_tags == len(design.pattern.lay(floor_of(study).drivable))
 
 
 def test_a_reader_that_must_see_one_tag_leaves_sparse_patterns_to_be_tested(tiny):
     found = candidates_of(load_study(tiny, ("reader=goetting-hg-g-98830",)))
-    left = {(found.designs[i].antenna.name, found.designs[i].pattern.tags_per_m2) for i in found.numbers}
+    designs = [candidate.design for candidate in found.by_number.values()]
+    left = {(design.antenna.name, design.pattern.tags_per_m2) for design in designs}
     assert ("80x80", 225.0) not in left
     assert ("60x60", 64.0) in left
     assert {fault.layout_name for fault in found.unbuildable} == {"any layout"}
@@ -89,7 +90,7 @@ def test_a_reader_that_must_see_one_tag_leaves_sparse_patterns_to_be_tested(tiny
 def test_every_candidate_is_priced_and_more_robots_never_cost_less(tiny):
     study = load_study(tiny)
     found = candidates_of(study)
-    few, many = (price_candidates(study, found, Site(n, 30.0)) for n in (1, 40))
+    few, many = (price_candidates(study, found, n) for n in (1, 40))
     assert set(few) == set(many) == set(found.numbers)
     assert all(few[number].total_cents < many[number].total_cents for number in few)
 
@@ -98,9 +99,9 @@ def test_a_price_that_no_ledger_holds_is_one_line(tiny, edit):
     edit("reader = { price = 42.00", "reader = { price = 1e9", file="prices.toml")
     study = load_study(tiny)
     found = candidates_of(study)
-    price_candidates(study, found, Site(1000, 30.0))
+    price_candidates(study, found, 1000)
     with pytest.raises(StudyError, match=r"prices.toml: .* would cost .* cents, at most 1e\+18"):
-        price_candidates(study, found, Site(100_000_000, 30.0))
+        price_candidates(study, found, 100_000_000)
 
 
 @pytest.mark.parametrize(
@@ -116,7 +117,7 @@ def test_a_price_that_no_ledger_holds_is_one_line(tiny, edit):
 def test_a_space_that_leaves_nothing_to_test_is_one_line(tiny, setting, line):
     study = load_study(tiny, (setting,))
     if line is None:
-        assert {design.layout.name for design in candidates_of(study).designs.values()} == {"cross-8"}
+        assert {candidate.design.layout.name for candidate in candidates_of(study).by_number.values()} == {"cross-8"}
         return
     with pytest.raises(StudyError, match=line):
         candidates_of(study)
