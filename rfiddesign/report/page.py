@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from rfiddesign.errors import StudyError
@@ -9,6 +10,13 @@ from rfiddesign.report import tables
 from rfiddesign.report.album import pictures
 from rfiddesign.report.certificate import headline, how_tested, not_promised, promised
 from rfiddesign.report.contents import Answer, Contents, read_contents
+from rfiddesign.report.exploration import (
+    Explored,
+    explored_pictures,
+    explored_sentences,
+    front_parts,
+    read_explored,
+)
 from rfiddesign.report.fleets import fleet_sentences
 from rfiddesign.report.markup import Drawn, drawn_into, filled, style
 from rfiddesign.report.words import count, percent, requirement_words
@@ -57,20 +65,21 @@ def write_report(folder: Path) -> Path:
     try:
         (folder / FIGURES).mkdir(exist_ok=True)
         drawn: dict[str, list[Drawn]] = defaultdict(list)
-        for picture in pictures(contents):
+        explored = read_explored(folder)
+        for picture in chain(pictures(contents), () if explored is None else explored_pictures(explored, contents)):
             drawn[picture.topic].append(drawn_into(folder / FIGURES, picture))
         for answer in contents.answers:
             if answer.record.winner is not None:
                 estimator = contents.chosen_estimator(answer.record.winner)
                 tables.write_cost_csv(answer.folder / COST, answer.record, estimator)
-        write_text(folder / REPORT, page(contents, drawn))
+        write_text(folder / REPORT, page(contents, drawn, explored))
     except OSError as error:
         raise StudyError(f"cannot be written: {error.strerror}", file=error.filename or folder) from None
     return folder / REPORT
 
 
-def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
-    """The page as HTML, with the figures of each topic in place."""
+def page(contents: Contents, drawn: dict[str, list[Drawn]], explored: Explored | None = None) -> str:
+    """The page as HTML, with the figures of each topic in place, and what was explored, if anything was."""
     result = contents.result
     return filled(
         TEMPLATE,
@@ -91,6 +100,8 @@ def page(contents: Contents, drawn: dict[str, list[Drawn]]) -> str:
         how_tested=how_tested(contents),
         test=result.test,
         percent=percent,
+        explored_sentences=() if explored is None else explored_sentences(explored),
+        front_parts=() if explored is None else front_parts(explored),
     )
 
 

@@ -76,7 +76,7 @@ def assumptions(study: Study) -> list[Assumption]:
         ("footprint of a robot", f"disc of {file.robot.footprint_radius_mm:g} mm radius", STUDY_FILE),
     ]
     known = antennas()
-    for name in file.space.antenna:
+    for name in file.antenna_names:
         rows.append((f"antenna {name}", f"sees {known[name].area.area_mm2:,.0f} mm2 of floor", known[name].source))
     return [Assumption(what=what, value=value, source=source) for what, value, source in rows]
 

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption
 from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
+from rfiddesign.study.explore_config import ExploreSection, ParetoSection
 from rfiddesign.study.requirements_config import FurtherRequirement
 from rfiddesign.study.scenarios_config import Scenarios
 from rfiddesign.study.sections import Density, Name, NotNegative, PatternKind, Pitch, Positive, Section, Share
@@ -208,7 +209,9 @@ class StudyFile(EstimatorChoice):
     world: WorldSection = WorldSection()
     design: DesignSection = DesignSection()
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")
-    space: SpaceSection
+    space: SpaceSection | None = None
+    explore: ExploreSection | None = None
+    pareto: ParetoSection | None = None
     search: SearchSection = SearchSection()
     # Left out of what is saved and hashed: the study's own answer does not depend on them.
     variants: Variants = Field([], exclude=True, description="variants of this study, to be answered and compared")
@@ -217,12 +220,36 @@ class StudyFile(EstimatorChoice):
     @property
     def estimator_names(self) -> tuple[str, ...]:
         """The estimators that may be on the robots, the preferred one first."""
-        return tuple(self.space.estimator or AUTO_ESTIMATORS) if self.estimator == AUTO else (self.estimator,)
+        if self.estimator != AUTO:
+            return (self.estimator,)
+        named = [name for _, names in self._named_estimators() for name in names]
+        return tuple(dict.fromkeys(named)) or AUTO_ESTIMATORS
+
+    @property
+    def antenna_names(self) -> tuple[str, ...]:
+        """The antennas that the search may choose from."""
+        explored = [] if self.explore is None else self.explore.ranges.antenna
+        return tuple(dict.fromkeys([*([] if self.space is None else self.space.antenna), *explored]))
+
+    def _named_estimators(self) -> list[tuple[str, list[EstimatorName]]]:
+        """The keys that say what the search may put on the robots, as far as they do, with what they say."""
+        found = [("space.estimator", None if self.space is None else self.space.estimator)]
+        found.append(("explore.ranges.estimator", None if self.explore is None else self.explore.ranges.estimator))
+        return [(key, names) for key, names in found if names is not None]
 
     @model_validator(mode="after")
     def _open_estimator(self) -> "StudyFile":
-        if self.space.estimator is not None and self.estimator != AUTO:
-            raise ValueError(f'space.estimator needs estimator = "{AUTO}", found "{self.estimator}"')
+        for key, _ in self._named_estimators():
+            if self.estimator != AUTO:
+                raise ValueError(f'{key} needs estimator = "{AUTO}", found "{self.estimator}"')
+        return self
+
+    @model_validator(mode="after")
+    def _something_to_search(self) -> "StudyFile":
+        if self.space is None and self.explore is None:
+            raise ValueError("needs at least one of space and explore")
+        if self.pareto is not None and self.explore is None:
+            raise ValueError("pareto needs explore")
         return self
 
 

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from math import log
 from pathlib import Path
 
 from rfiddesign.errors import StudyError
@@ -26,91 +27,121 @@ from rfiddesign.results.exploration import Exploration
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.study.budget import Budget
 from rfiddesign.study.candidates import Candidates
+from rfiddesign.study.estimators import estimators_of
 from rfiddesign.study.explore_document import exploration_record, pareto_record
 from rfiddesign.study.exploring import (
     RANGES,
     Explored,
     Maker,
     SimulatedBench,
-    check_explore,
     explore_plan,
     fixed_of,
     naming_plan,
 )
-from rfiddesign.study.load import Study, scenario_of
+from rfiddesign.study.load import Study, design_of, scenario_of
 from rfiddesign.study.outcomes import StoredRuns
-from rfiddesign.study.pipeline import loosest
 from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.storage import RunTable
 
 
-def with_explored(
-    study: Study, floor: Floor, out: Path, simulator: Simulator, listed: Candidates, budget: Budget, on_stage: OnStage
-) -> Candidates:
-    """The listed candidates of a study and those that its exploration names, as far as it has one.
+@dataclass(frozen=True)
+class Explorer:
+    """What exploring a study takes: floor, folder, the simulator of the certification, and checked variables."""
+
+    study: Study
+    floor: Floor
+    out: Path
+    simulator: Simulator
+    variables: Variables
+    on_stage: OnStage
+
+
+def with_explored(explorer: Explorer, listed: Candidates, budget: Budget) -> Candidates:
+    """The listed candidates of a study and those that its exploration names.
 
     What was explored is in the folder before the first run of the certification; a study that goes on takes it from
     there.
+
+    Raises
+    ------
+    StudyError : if nothing that was tried can be built, or the folder cannot be used.
     """
-    if study.file.explore is None:
-        return listed
-    variables, fixed = check_explore(study, floor), fixed_of(study)
-    maker = Maker(study, floor, simulator)
-    first = listed.n_combinations
+    study, out = explorer.study, explorer.out
     if not (out / files.EXPLORATION).exists():
-        explored = _explore_fleets(study, floor, out, simulator, variables, budget, on_stage)
-        numbers = _numbered(explored, first)
+        explored = _explore_fleets(explorer, budget)
+        numbers = _numbered(explored, listed.n_combinations)
         if not numbers and not listed.by_number:
             raise StudyError("no design that was tried can be built", file=study.path, key=RANGES)
         if study.file.pareto is not None:
             files.write_record(out / files.PARETO, pareto_record(study, explored))
-        files.write_record(out / files.EXPLORATION, exploration_record(study, variables, explored, numbers))
-    on_stage(Stage("laying tags for the named candidates"))
+        files.write_record(out / files.EXPLORATION, exploration_record(study, explorer.variables, explored, numbers))
+    explorer.on_stage(Stage("laying tags for the named candidates"))
     record = files.read_record(out / files.EXPLORATION, Exploration)
-    by_number = dict(listed.by_number)
-    for fleet in record.fleets:
-        for named in fleet.named:
-            by_number[named.number] = maker.candidate(propose(tuple(named.values.items()), fixed))
-    rule = f"exploring {variables.n_designs:,} designs and naming {len(by_number) - len(listed.by_number):,} of them"
-    screen = Screen(rule, "heuristic", variables.n_designs - (len(by_number) - len(listed.by_number)))
+    maker, fixed = Maker(study, explorer.floor, explorer.simulator), fixed_of(study)
+    named = {
+        each.number: maker.candidate(propose(tuple(each.values.items()), fixed))
+        for fleet in record.fleets
+        for each in fleet.named
+    }
+    rule = f"not among the {len(named):,} candidates that exploring {record.n_designs:,} designs has named"
+    screen = Screen(rule, "heuristic", record.n_designs - len(named))
     return replace(
         listed,
-        n_combinations=listed.n_combinations + variables.n_designs,
+        n_combinations=listed.n_combinations + record.n_designs,
         screens=(*listed.screens, screen),
-        by_number=by_number,
-        promise=listed.promise if len(by_number) == len(listed.by_number) else {},
+        by_number=listed.by_number | named,
+        promise=dict.fromkeys(listed.by_number, 0.0) | _promises(record),
     )
 
 
-def _explore_fleets(
-    study: Study, floor: Floor, out: Path, simulator: Simulator, variables: Variables, budget: Budget,
-    on_stage: OnStage,
-) -> list[Explored]:  # fmt: skip
-    """Explore for one fleet after the other; runs are shared, since they know nothing of fleets."""
-    fleets = study.file.fleet.robots
-    with ExitStack() as stack:
-        bench_simulator = stack.enter_context(
-            # Errors on a front are those of whole runs.
-            Simulator(
-                scenario_of(study, floor), study.file.seed, simulator.n_workers,
-                None if study.file.pareto is not None else loosest(study),
+def _promises(record: Exploration) -> dict[int, float]:
+    """How likely candidates seem to hold: the less the margin of the trial that they were, or are beside, the more."""
+    promises: dict[int, float] = {}
+    for fleet in record.fleets:
+        for named in fleet.named:
+            trial = fleet.trials[named.trial]
+            # A cheaper neighbour is taken to have lost of its margin what it spares.
+            promise = -log(trial.score) - (
+                0.0 if named.is_tried else log(max(trial.cost_cents, 1) / max(named.cost_cents, 1))
             )
-        )  # fmt: skip
-        maker = Maker(study, floor, bench_simulator)
+            promises[named.number] = max(promise, promises.get(named.number, promise))
+    return promises
+
+
+def _explore_fleets(explorer: Explorer, budget: Budget) -> list[Explored]:
+    """Explore for one fleet after the other; runs are shared, since they know nothing of fleets."""
+    study = explorer.study
+    with ExitStack() as stack:
+        simulator = explorer.simulator
+        if study.file.pareto is not None:
+            # Errors on a front are those of whole runs, never stopped.
+            scenario = scenario_of(study, explorer.floor)
+            simulator = stack.enter_context(Simulator(scenario, study.file.seed, simulator.n_workers))
+        maker = Maker(study, explorer.floor, simulator)
         tries, fronts = (
-            StoredRuns(_job_of(maker, first), bench_simulator, stack.enter_context(RunTable(out / name)))
+            StoredRuns(_job_of(maker, first), simulator, stack.enter_context(RunTable(explorer.out / name)))
             for first, name in ((FIRST_RUN, files.EXPLORE_RUNS), (FIRST_FRONT_RUN, files.FRONT_RUNS))
         )
+        if budget.minutes is not None:
+            _warm_up(study, simulator)
         try:
             found = []
-            for place, n_robots in enumerate(fleets):
-                bench = SimulatedBench(study, floor, maker, tries, n_robots)
-                time_used = budget.time_for_one_of(len(fleets) - place, study.file.explore.budget_share)
-                found.append(_explore_one(study, place, bench, variables, fronts, time_used, on_stage))
+            for place, n_robots in enumerate(study.file.fleet.robots):
+                bench = SimulatedBench(study, explorer.floor, maker, tries, n_robots)
+                n_left = len(study.file.fleet.robots) - place
+                time_used = budget.time_for_one_of(n_left, study.file.explore.budget_share)
+                found.append(_explore_one(explorer, place, bench, fronts, time_used))
             return found
         finally:
             tries.save()
             fronts.save()
+
+
+def _warm_up(study: Study, simulator: Simulator) -> None:
+    """Compile what nobody ran before: that is not exploring."""
+    design = design_of(study)
+    for settings in estimators_of(study.file, study.file.world, study.file.scenario.fastest_mm_per_s).values():
+        simulator.submit(Job(design, 0, settings)).result()
 
 
 def _job_of(maker: Maker, first: int) -> Callable[[int, int, int], Job]:
@@ -118,35 +149,34 @@ def _job_of(maker: Maker, first: int) -> Callable[[int, int, int], Job]:
 
 
 def _explore_one(
-    study: Study, place: int, bench: SimulatedBench, variables: Variables, fronts: StoredRuns,
-    time_used: Callable[[], float] | None, on_stage: OnStage,
-) -> Explored:  # fmt: skip
+    explorer: Explorer, place: int, bench: SimulatedBench, fronts: StoredRuns, time_used: Callable[[], float] | None
+) -> Explored:
+    study = explorer.study
     n_robots, plan, fixed = study.file.fleet.robots[place], explore_plan(study, place), fixed_of(study)
 
     def show(trials: list[Trial]) -> None:
         left, runs = plan.n_trials - len(trials), sum(len(trial.runs) for trial in trials)
-        on_stage(Stage(f"exploring for {n_robots:,} robots", n_remaining=left, n_runs=runs))
+        explorer.on_stage(Stage(f"exploring for {n_robots:,} robots", n_remaining=left, n_runs=runs))
 
-    trials = explore(
-        variables, fixed, bench, plan, is_over=lambda: time_used is not None and time_used() >= 1.0, on_batch=show
-    )
-    on_stage(Stage("naming candidates"))
-    named = name_candidates(trials, variables, fixed, bench, naming_plan(study))
-    return Explored(
-        n_robots, tuple(trials), tuple(named), _front(study, trials, place, fronts, on_stage),
-        len(trials) < plan.n_trials,
-    )  # fmt: skip
+    def is_over() -> bool:
+        return time_used is not None and time_used() >= 1.0
+
+    trials = explore(explorer.variables, fixed, bench, plan, is_over=is_over, on_batch=show)
+    explorer.on_stage(Stage("naming candidates"))
+    named = name_candidates(trials, explorer.variables, fixed, bench, naming_plan(study))
+    front = _front(explorer, trials, place, fronts)
+    return Explored(n_robots, tuple(trials), tuple(named), front, len(trials) < plan.n_trials)
 
 
-def _front(study: Study, trials: list[Trial], place: int, fronts: StoredRuns, on_stage: OnStage) -> Front | None:
-    pareto = study.file.pareto
+def _front(explorer: Explorer, trials: list[Trial], place: int, fronts: StoredRuns) -> Front | None:
+    pareto = explorer.study.file.pareto
     if pareto is None:
         return None
-    plan = explore_plan(study, place)
+    plan = explore_plan(explorer.study, place)
     chosen = choose(trials, plan, pareto.n_front)
     if not chosen:
         return None
-    on_stage(Stage(f"measuring {len(chosen)} designs for the front", n_runs=pareto.runs * len(chosen)))
+    explorer.on_stage(Stage(f"measuring {len(chosen)} designs for the front", n_runs=pareto.runs * len(chosen)))
     for trial in chosen:
         fronts.begin(trial.proposal.key, pareto.runs)
     return measure_front(chosen, plan, lambda trial: fronts.first(trial.proposal.key, pareto.runs)[0])

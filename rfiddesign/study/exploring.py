@@ -118,16 +118,10 @@ def check_explore(study: Study, floor: Floor) -> Variables:
 
     Raises
     ------
-    StudyError : if a variable is at fault, an antenna has no price, the densest floor would take too many tags, or the
-        sampler cannot explore this.
+    StudyError : if a variable is at fault, the densest floor would take too many tags, or the sampler cannot explore
+        this.
     """
     variables, fixed = variables_of(study), fixed_of(study)
-    priced = [name for name, _ in study.prices.antennas]
-    for name in variables.by_name["antenna"].values:
-        if name not in priced:
-            raise StudyError(
-                f"antenna {name!r} has no price, only {', '.join(priced)}", file=study.path, key=f"{RANGES}.antenna"
-            )
     densest = {variable.name: _last(variable) for variable in variables.all}
     for pattern in variables.by_name["pattern"].values:
         try:

@@ -29,19 +29,20 @@ class NamingPlan:
 
     Parameters
     ----------
-    n_candidates : how many at most; fewer only where there are no more.
-    tried_share : share of them that the exploration tried; the others are untried neighbours.
-    slack : margins that a tried one may have at most, see `score.score`: one further off does not hold.
+    n_candidates : how many at most; a third each are tried ones up to the price of the apparent optimum, untried
+        cheaper neighbours, and tried ones that are dearer and safer. Where a third is short the others fill it.
+    slack : margins that a candidate may have at most, see `score.score`: one further off does not hold.
+    dearest : prices that a candidate may have at most, as multiples of the apparent optimum's.
     """
 
     n_candidates: int = 300
-    tried_share: float = 0.5
     slack: float = 1.5
+    dearest: float = 2.0
 
     def __post_init__(self):
         require.count("n_candidates", self.n_candidates, at_most=MAX_CANDIDATES)
-        require.within("tried_share", self.tried_share, low=0.0, high=1.0, is_low_open=True)
         require.within("slack", self.slack, low=1.0, high=100.0)
+        require.within("dearest", self.dearest, low=1.0, high=1e6)
 
 
 @dataclass(frozen=True)
@@ -63,61 +64,62 @@ def apparent_optimum(trials: Sequence[Trial]) -> Trial | None:
 def name_candidates(
     trials: Sequence[Trial], variables: Variables, fixed: Fixed, bench: Bench, plan: NamingPlan
 ) -> list[Named]:
-    """Candidates in the order named: tried ones near the front of cost against margin, then neighbours.
+    """Candidates in the order named: tried ones, the cheap before the dear ones, then neighbours of these.
 
-    Neighbours change one variable of a candidate a little. They are taken first from the candidates nearest to the
-    front, and only if they cost no more than the apparent optimum; with places left, dearer ones follow, for the
-    apparent optimum may not hold.
+    Neighbours change one variable of a candidate a little, or two. They are taken first from the candidates nearest to
+    the front, and only if they cost no more than the apparent optimum. Without one, all prices count as low.
     """
-    promising = _promising(trials, plan.slack)
-    n_tried = max(1, round(plan.tried_share * plan.n_candidates))
-    named = {
-        trial.proposal.key: Named(trial.proposal, trial.cost_cents, trial.number, True) for trial in promising[:n_tried]
-    }
+    cheap, dear = _promising(trials, plan)
+    if not cheap and not dear:
+        return []
+    third = max(1, plan.n_candidates // 3)
+    tried = [*cheap[:third], *dear[:third]][: plan.n_candidates]
+    named = {trial.proposal.key: _of(trial) for trial in tried}
     best = apparent_optimum(trials)
-    dearer: list[_Neighbour] = []
-    looked_at = islice(_neighbours(list(named.values()), variables, fixed), LOOKS_PER_CANDIDATE * plan.n_candidates)
-    for found in looked_at:
+    most = max(trial.cost_cents for trial in cheap) if best is None else best.cost_cents
+    neighbours = _neighbours(list(named.values()), variables, fixed)
+    for found in islice(neighbours, LOOKS_PER_CANDIDATE * plan.n_candidates):
         if len(named) >= plan.n_candidates:
             break
-        if found.proposal.key in named or bench.fault(found.proposal) is not None:
-            continue
         # Tags are laid, for exact prices, only of what is named.
-        if best is None or bench.about_cents(found.proposal) <= best.cost_cents:
-            named[found.proposal.key] = _named(found, bench)
-        else:
-            dearer.append(found)
-    for trial in promising[n_tried:]:
+        is_new = found.proposal.key not in named and bench.fault(found.proposal) is None
+        if is_new and bench.about_cents(found.proposal) <= most:
+            cost_cents = bench.cost_cents(found.proposal)
+            named[found.proposal.key] = Named(found.proposal, cost_cents, found.trial, False)
+    for trial in [*cheap[third:], *dear[third:]]:
         if len(named) < plan.n_candidates:
-            named.setdefault(trial.proposal.key, Named(trial.proposal, trial.cost_cents, trial.number, True))
-    for found in dearer:
-        if len(named) < plan.n_candidates and found.proposal.key not in named:
-            named[found.proposal.key] = _named(found, bench)
+            named.setdefault(trial.proposal.key, _of(trial))
     return list(named.values())
 
 
-def _named(found: "_Neighbour", bench: Bench) -> Named:
-    return Named(found.proposal, bench.cost_cents(found.proposal), found.trial, False)
+def _of(trial: Trial) -> Named:
+    return Named(trial.proposal, trial.cost_cents, trial.number, True)
 
 
-def _promising(trials: Sequence[Trial], slack: float) -> list[Trial]:
-    """Distinct trials that can be built, those nearest to the front of cost against margin first.
+def _promising(trials: Sequence[Trial], plan: NamingPlan) -> tuple[list[Trial], list[Trial]]:
+    """Distinct trials that can be built, up to the price of the apparent optimum and above, the best first.
 
-    Those dearer than the apparent optimum come after all cheaper ones, and those beyond the slack last.
+    Best are those nearest to the front of cost against margin. Those beyond the slack and the dearest price are left
+    out, unless nothing is within.
     """
     distinct = {trial.proposal.key: trial for trial in reversed(trials) if trial.is_built}
     built = sorted(distinct.values(), key=lambda trial: trial.number)
     if not built:
-        return []
+        return [], []
     layer = layers(np.array([[float(trial.cost_cents), trial.score] for trial in built]))
+    ranked = [
+        built[place] for place in sorted(range(len(built)), key=lambda i: (layer[i], built[i].score, built[i].number))
+    ]
     best = apparent_optimum(built)
-    most = best.cost_cents if best is not None else max(trial.cost_cents for trial in built)
-
-    def rank(place: int) -> tuple:
-        trial = built[place]
-        return (trial.score > slack, trial.cost_cents > most, layer[place], trial.score, trial.number)
-
-    return [built[place] for place in sorted(range(len(built)), key=rank)]
+    if best is None:
+        return [trial for trial in ranked if trial.score <= plan.slack] or ranked, []
+    cheap = [trial for trial in ranked if trial.cost_cents <= best.cost_cents and trial.score <= plan.slack]
+    dear = [
+        trial
+        for trial in ranked
+        if best.cost_cents < trial.cost_cents <= plan.dearest * best.cost_cents and trial.score <= 1.0
+    ]
+    return cheap, dear
 
 
 @dataclass(frozen=True)

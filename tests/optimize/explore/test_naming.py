@@ -72,6 +72,6 @@ def test_fewer_are_named_where_there_are_no_more(variables, bench):
 
 
 def test_a_plan_out_of_bounds_is_refused():
-    for arguments in ({"n_candidates": 0}, {"tried_share": 0.0}, {"slack": 0.5}):
+    for arguments in ({"n_candidates": 0}, {"dearest": 0.5}, {"slack": 0.5}):
         with pytest.raises(ValueError, match=next(iter(arguments))):
             NamingPlan(**arguments)
