@@ -110,8 +110,8 @@ def _explored_lines(explore: dict[str, Any] | None) -> list[str]:
     if explore is None:
         return []
     return [
-        f"explore {explore['n_designs']:,} designs by {explore['n_trials']:,} trials ({explore['sampler']}), then name at"
-        f" most {explore['n_candidates']:,} candidates for each fleet"
+        f"explore {explore['n_designs']:,} designs by {explore['n_trials']:,} trials ({explore['sampler']}), then name"
+        f" at most {explore['n_candidates']:,} candidates for each fleet"
     ]
 
 

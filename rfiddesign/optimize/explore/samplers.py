@@ -12,7 +12,7 @@ from optuna.exceptions import ExperimentalWarning
 from optuna.samplers import BaseSampler
 
 #: Trials that are drawn at random before a model is made, as a share of all, and at least.
-_STARTUP_SHARE, _LEAST_STARTUP = 8, 16
+_STARTUP_SHARE, _LEAST_STARTUP = 4, 16
 _LARGEST_POPULATION = 48
 
 
