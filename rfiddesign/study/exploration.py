@@ -118,9 +118,12 @@ def _explore_fleets(explorer: Explorer, budget: Budget) -> list[Explored]:
             scenario = scenario_of(study, explorer.floor)
             simulator = stack.enter_context(Simulator(scenario, study.file.seed, simulator.n_workers))
         maker = Maker(study, explorer.floor, simulator)
-        tries, fronts = (
+        kept = [(FIRST_RUN, files.EXPLORE_RUNS)]
+        if study.file.pareto is not None:
+            kept.append((FIRST_FRONT_RUN, files.FRONT_RUNS))
+        tries, *fronts = (
             StoredRuns(_job_of(maker, first), simulator, stack.enter_context(RunTable(explorer.out / name)))
-            for first, name in ((FIRST_RUN, files.EXPLORE_RUNS), (FIRST_FRONT_RUN, files.FRONT_RUNS))
+            for first, name in kept
         )
         if budget.minutes is not None:
             _warm_up(study, simulator)
@@ -133,8 +136,8 @@ def _explore_fleets(explorer: Explorer, budget: Budget) -> list[Explored]:
                 found.append(_explore_one(explorer, place, bench, fronts, time_used))
             return found
         finally:
-            tries.save()
-            fronts.save()
+            for runs in (tries, *fronts):
+                runs.save()
 
 
 def _warm_up(study: Study, simulator: Simulator) -> None:
@@ -149,7 +152,11 @@ def _job_of(maker: Maker, first: int) -> Callable[[int, int, int], Job]:
 
 
 def _explore_one(
-    explorer: Explorer, place: int, bench: SimulatedBench, fronts: StoredRuns, time_used: Callable[[], float] | None
+    explorer: Explorer,
+    place: int,
+    bench: SimulatedBench,
+    fronts: list[StoredRuns],
+    time_used: Callable[[], float] | None,
 ) -> Explored:
     study = explorer.study
     n_robots, plan, fixed = study.file.fleet.robots[place], explore_plan(study, place), fixed_of(study)
@@ -164,14 +171,12 @@ def _explore_one(
     trials = explore(explorer.variables, fixed, bench, plan, is_over=is_over, on_batch=show)
     explorer.on_stage(Stage("naming candidates"))
     named = name_candidates(trials, explorer.variables, fixed, bench, naming_plan(study))
-    front = _front(explorer, trials, place, fronts)
+    front = _front(explorer, trials, place, fronts[0]) if fronts else None
     return Explored(n_robots, tuple(trials), tuple(named), front, len(trials) < plan.n_trials)
 
 
 def _front(explorer: Explorer, trials: list[Trial], place: int, fronts: StoredRuns) -> Front | None:
     pareto = explorer.study.file.pareto
-    if pareto is None:
-        return None
     plan = explore_plan(explorer.study, place)
     chosen = choose(trials, plan, pareto.n_front)
     if not chosen:

@@ -1,8 +1,8 @@
 """What a study file may say of exploring a space too large to list, and of a front of several objectives."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from rfiddesign.study.estimator_config import EstimatorName
 from rfiddesign.study.sections import Name, PatternKind, Positive, Section
@@ -16,14 +16,14 @@ class RangeSection(Section):
     step: Positive | None = None
     log: bool = Field(False, description="whether draws spread over the logarithm")
 
-    @model_validator(mode="after")
-    def _rising(self) -> "RangeSection":
-        if self.high < self.low:
-            raise ValueError(f"low is {self.low:g} and high {self.high:g}, must be low <= high")
-        return self
+
+def _range(value: Any) -> Any:
+    """A number as the range of that number alone."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return {"low": value, "high": value} if is_number else value
 
 
-Numbers = RangeSection | Positive
+Numbers = Annotated[RangeSection, BeforeValidator(_range, json_schema_input_type=RangeSection | float)]
 
 
 class RangesSection(Section):

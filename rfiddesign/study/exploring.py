@@ -33,7 +33,7 @@ from rfiddesign.simulation.scenario import Scenario
 from rfiddesign.study.candidates import Candidate
 from rfiddesign.study.estimator_config import SECTIONS
 from rfiddesign.study.estimators import estimators_of
-from rfiddesign.study.explore_config import Numbers, RangeSection
+from rfiddesign.study.explore_config import RangeSection
 from rfiddesign.study.load import Study, check_tag_count, layout_of, reader_of, scenarios_of
 from rfiddesign.study.outcomes import StoredRuns
 from rfiddesign.study.pipeline import price_design
@@ -77,11 +77,8 @@ def variables_of(study: Study) -> Variables:
         raise StudyError(str(error), file=study.path, key=RANGES) from None
 
 
-def _range(name: str, value: Numbers) -> Range:
-    step = _STEPS.get(name, 1.0)
-    if not isinstance(value, RangeSection):
-        return Range(name, value, value, step)
-    return Range(name, value.low, value.high, value.step or step, value.log)
+def _range(name: str, section: RangeSection) -> Range:
+    return Range(name, section.low, section.high, section.step or _STEPS.get(name, 1.0), section.log)
 
 
 def fixed_of(study: Study) -> Fixed:

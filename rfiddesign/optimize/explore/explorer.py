@@ -170,7 +170,8 @@ def explore(
     variables, fixed : what is varied and what is not.
     bench : where proposals are tried.
     plan : how.
-    is_over : asked before each batch whether to end now: only for limits of time, which make the end hang on timing.
+    is_over : asked before each batch whether to end now, once something was tried that can be built: only for limits of
+        time, which make the end hang on timing.
     on_batch : called with all trials after each batch.
 
     Raises
@@ -181,7 +182,8 @@ def explore(
     study = new_study(plan.sampler, plan.seed, plan.n_trials, plan.n_told)
     trials: list[Trial] = []
     standings: list[Standing] = []
-    while len(trials) < plan.n_trials and not is_over():
+    is_any_built = False
+    while len(trials) < plan.n_trials and not (is_any_built and is_over()):
         n = min(plan.batch, plan.n_trials - len(trials))
         asked = [ask(study, variables.searched) for _ in range(n)]
         tried = _try_batch([propose(variables.made(each.params), fixed) for each in asked], bench, plan, standings)
@@ -191,6 +193,7 @@ def explore(
             )
             tell(study, each, _values(trial, plan), _constraints(trial, plan))
             trials.append(trial)
+            is_any_built = is_any_built or trial.is_built
             if trial.is_built and not trial.is_stopped:
                 standings.append(_standing(trial.proposal, trial.cost_cents, trial.runs, plan))
         on_batch(trials)

@@ -81,14 +81,14 @@ def importance(
 
     Raises
     ------
-    ValueError : as `check_evaluator`, or fewer than two trials.
+    ValueError : as `check_evaluator`, or where there are not as many scores as trials.
     """
     check_evaluator(evaluator)
     build, _ = EVALUATORS[evaluator]
     scores = np.asarray(scores, float)
-    if len(scores) < 2 or len(scores) != len(drawn):
-        raise ValueError(f"{len(drawn)} trials with {len(scores)} scores, must be as many, and at least two")
-    if not searched or np.ptp(scores) == 0:
+    if len(scores) != len(drawn):
+        raise ValueError(f"{len(drawn)} trials with {len(scores)} scores, must be as many")
+    if not searched or len(scores) < 2 or np.ptp(scores) == 0:
         return Importance(evaluator, tuple((name, 0.0) for name in searched))
     study = optuna.create_study()
     study.add_trials(

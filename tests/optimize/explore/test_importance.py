@@ -60,6 +60,7 @@ def test_equal_scores_make_nothing_important():
     assert importance("ped_anova", SEARCHED, drawn(20), np.ones(20)).shares[0][1] == 0.0
     with pytest.raises(ValueError, match="must be as many"):
         importance("ped_anova", SEARCHED, drawn(3), [1.0])
+    assert importance("ped_anova", SEARCHED, drawn(1), [1.0]).shares[0][1] == 0.0
 
 
 def test_an_interaction_is_found_where_one_variable_turns_the_other_round():
