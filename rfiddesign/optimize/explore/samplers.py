@@ -85,10 +85,11 @@ def check_sampler(name: str, searched: dict[str, BaseDistribution], n_objectives
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """No warnings of what is experimental, or of constraints that a sampler does not heed: both are known here."""
+    """No warnings of what is known here: experimental parts, constraints not heeded, `gamma` that optuna 6 drops."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ExperimentalWarning)
         warnings.filterwarnings("ignore", "Constraints have been set", UserWarning)
+        warnings.filterwarnings("ignore", "`gamma`", FutureWarning)
         yield
 
 
