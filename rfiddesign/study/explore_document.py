@@ -62,7 +62,12 @@ def _variable(variable: Variable) -> records.VariableRecord:
 
 def _fleet(study: Study, variables: Variables, fleet: Explored, numbers: dict[int, int]) -> records.FleetExploration:
     built = [trial for trial in fleet.trials if trial.is_built]
-    drawn, scores = [trial.drawn for trial in built], [trial.score for trial in built]
+    made = [dict(trial.proposal.values) for trial in built]
+    drawn = [
+        {name: value for name, value in trial.drawn.items() if name in own}
+        for trial, own in zip(built, made, strict=True)
+    ]
+    scores = [trial.score for trial in built]
     searched = variables.searched
     found = [importance(name, searched, drawn, scores, seed=study.file.seed) for name in study.file.explore.importance]
     return records.FleetExploration(

@@ -30,6 +30,7 @@ from optuna.importance import (
     MeanDecreaseImpurityImportanceEvaluator,
     PedAnovaImportanceEvaluator,
 )
+from scipy.stats import rankdata
 
 from rfiddesign.optimize.explore.variables import Value
 
@@ -77,7 +78,10 @@ def importance(
     evaluator: str, searched: dict[str, BaseDistribution], drawn: Sequence[dict[str, Value]], scores: ArrayLike,
     *, seed: int = 0,
 ) -> Importance:  # fmt: skip
-    """Importance of each searched variable for scores (n,), the lower the better, of trials that drew `drawn` (n).
+    """Importance of each searched variable for scores (n,), the lower the better, of trials made of `drawn` (n).
+
+    A variable may be missing from trials that are not made of it. PED-ANOVA takes those that have it; the others take
+    only variables that all trials have.
 
     Raises
     ------
@@ -90,10 +94,13 @@ def importance(
         raise ValueError(f"{len(drawn)} trials with {len(scores)} scores, must be as many")
     if not searched or len(scores) < 2 or np.ptp(scores) == 0:
         return Importance(evaluator, tuple((name, 0.0) for name in searched))
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
     study = optuna.create_study()
     study.add_trials(
         [
-            optuna.trial.create_trial(params=dict(each), distributions=searched, value=float(value))
+            optuna.trial.create_trial(
+                params=dict(each), distributions={name: searched[name] for name in each}, value=float(value)
+            )
             for each, value in zip(drawn, scores, strict=True)
         ]
     )
@@ -104,23 +111,18 @@ def importance(
 
 
 def interactions(names: Sequence[str], drawn: Sequence[dict[str, Value]], scores: ArrayLike) -> list[Interaction]:
-    """Interaction of every pair of variables in scores (n,) of trials that drew `drawn` (n), the largest first.
+    """Interaction of pairs of variables in scores (n,) of trials made of `drawn` (n), the largest first.
 
-    The scores' ranks are analysed, so that a few hopeless trials do not make up all the variance. Empty below
-    `MIN_TRIALS` trials.
+    The scores' ranks are analysed, so that a few hopeless trials do not make up all the variance. A pair is told of
+    where at least `MIN_TRIALS` trials are made of both.
     """
     scores = np.asarray(scores, float)
-    if len(scores) < MIN_TRIALS:
-        return []
-    ranks = np.argsort(np.argsort(scores, kind="stable"), kind="stable").astype(float)
-    # Equal scores share their mean rank.
-    _, which = np.unique(scores, return_inverse=True)
-    ranks = (np.bincount(which, ranks) / np.bincount(which))[which]
-    groups = {name: _grouped([each[name] for each in drawn]) for name in names}
-    found = [
-        Interaction(first, second, _interaction_share(groups[first], groups[second], ranks))
-        for first, second in combinations(names, 2)
-    ]
+    found = []
+    for first, second in combinations(names, 2):
+        both = [i for i, each in enumerate(drawn) if first in each and second in each]
+        if len(both) >= MIN_TRIALS:
+            groups = (_grouped([drawn[i][name] for i in both]) for name in (first, second))
+            found.append(Interaction(first, second, _interaction_share(*groups, rankdata(scores[both]))))
     return sorted(found, key=lambda each: (-each.share, each.first, each.second))
 
 

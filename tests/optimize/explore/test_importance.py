@@ -94,5 +94,20 @@ def test_a_pair_of_balanced_groups_gives_the_textbook_omega_squared():
     assert interactions(["a", "b"], trials, scores)[0].share == pytest.approx(expected)
 
 
+def test_a_variable_counts_where_trials_are_made_of_it():
+    trials = drawn(300, seed=5)
+    scores = [each["radius_mm"] if each["kind"] == "ring" else 300.0 + each["readers"] for each in trials]
+    partly = [
+        {name: value for name, value in each.items() if name != "radius_mm" or each["kind"] == "ring"}
+        for each in trials
+    ]
+    shares = dict(importance("ped_anova", SEARCHED, partly, scores).shares)
+    assert shares["spacing_mm"] < 0.1 < shares["radius_mm"]
+    assert set(shares) == set(SEARCHED)
+    pairs = {(each.first, each.second): each.share for each in interactions(list(SEARCHED), partly, scores)}
+    # All that have a radius are rings: the two cannot act together.
+    assert pairs["kind", "radius_mm"] == 0.0
+
+
 def test_few_trials_tell_nothing_of_pairs():
     assert interactions(list(SEARCHED), drawn(29), np.arange(29.0)) == []
