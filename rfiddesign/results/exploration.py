@@ -41,11 +41,12 @@ class TrialRecord(Record):
 
 
 class NamedRecord(Record):
-    """A candidate: its number in `result.json`, the trial it was or, if not tried, is a neighbour of."""
+    """A candidate: its number in `result.json`, its tags, the trial it was or, if not tried, is a neighbour of."""
 
     number: int
     name: str
     values: dict[str, Value]
+    n_tags: int
     cost_cents: int
     trial: int
     is_tried: bool

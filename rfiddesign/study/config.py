@@ -231,6 +231,10 @@ class StudyFile(EstimatorChoice):
         explored = [] if self.explore is None else self.explore.ranges.antenna
         return tuple(dict.fromkeys([*([] if self.space is None else self.space.antenna), *explored]))
 
+    def varies(self, name: str) -> bool:
+        """Whether an exploration gives each design a value of its own of that variable."""
+        return self.explore is not None and getattr(self.explore.ranges, name) is not None
+
     def _named_estimators(self) -> list[tuple[str, list[EstimatorName]]]:
         """The keys that say what the search may put on the robots, as far as they do, with what they say."""
         found = [("space.estimator", None if self.space is None else self.space.estimator)]

@@ -28,7 +28,7 @@ from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.study.budget import Budget
 from rfiddesign.study.candidates import Candidates
 from rfiddesign.study.estimators import estimators_of
-from rfiddesign.study.explore_document import exploration_record, pareto_record
+from rfiddesign.study.explore_document import Counted, exploration_record, pareto_record
 from rfiddesign.study.exploring import (
     RANGES,
     Explored,
@@ -42,6 +42,9 @@ from rfiddesign.study.load import Study, design_of, scenario_of
 from rfiddesign.study.outcomes import StoredRuns
 from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.storage import RunTable
+
+# Where time is limited: share of that for exploring in which designs are tried; pricing their neighbours has the rest.
+TRYING_SHARE = 0.7
 
 
 @dataclass(frozen=True)
@@ -68,18 +71,18 @@ def with_explored(explorer: Explorer, listed: Candidates, budget: Budget) -> Can
     """
     study, out = explorer.study, explorer.out
     if not (out / files.EXPLORATION).exists():
-        explored = _explore_fleets(explorer, budget)
+        explored, n_tags = _explore_fleets(explorer, budget)
         numbers = _numbered(explored, listed.n_combinations)
         if not numbers and not listed.by_number:
             raise StudyError("no design that was tried can be built", file=study.path, key=RANGES)
         if study.file.pareto is not None:
             files.write_record(out / files.PARETO, pareto_record(study, explored))
-        files.write_record(out / files.EXPLORATION, exploration_record(study, explorer.variables, explored, numbers))
-    explorer.on_stage(Stage("laying tags for the named candidates"))
+        counted = Counted(numbers, n_tags)
+        files.write_record(out / files.EXPLORATION, exploration_record(study, explorer.variables, explored, counted))
     record = files.read_record(out / files.EXPLORATION, Exploration)
     maker, fixed = Maker(study, explorer.floor, explorer.simulator), fixed_of(study)
     named = {
-        each.number: maker.candidate(propose(tuple(each.values.items()), fixed))
+        each.number: maker.candidate(propose(tuple(each.values.items()), fixed), each.n_tags)
         for fleet in record.fleets
         for each in fleet.named
     }
@@ -108,8 +111,13 @@ def _promises(record: Exploration) -> dict[int, float]:
     return promises
 
 
-def _explore_fleets(explorer: Explorer, budget: Budget) -> list[Explored]:
-    """Explore for one fleet after the other; runs are shared, since they know nothing of fleets."""
+def _explore_fleets(explorer: Explorer, budget: Budget) -> tuple[list[Explored], dict[int, int]]:
+    """Explore for one fleet after the other; runs are shared, since they know nothing of fleets.
+
+    Returns
+    -------
+    What was explored, and the tags of each proposal named, by its key.
+    """
     study = explorer.study
     with ExitStack() as stack:
         simulator = explorer.simulator
@@ -134,7 +142,8 @@ def _explore_fleets(explorer: Explorer, budget: Budget) -> list[Explored]:
                 n_left = len(study.file.fleet.robots) - place
                 time_used = budget.time_for_one_of(n_left, study.file.explore.budget_share)
                 found.append(_explore_one(explorer, place, bench, fronts, time_used))
-            return found
+            named = [each.proposal.key for fleet in found for each in fleet.named]
+            return found, {key: maker.of_key(key).n_tags for key in named}
         finally:
             for runs in (tries, *fronts):
                 runs.save()
@@ -165,12 +174,12 @@ def _explore_one(
         left, runs = plan.n_trials - len(trials), sum(len(trial.runs) for trial in trials)
         explorer.on_stage(Stage(f"exploring for {n_robots:,} robots", n_remaining=left, n_runs=runs))
 
-    def is_over() -> bool:
-        return time_used is not None and time_used() >= 1.0
+    def is_past(share: float) -> Callable[[], bool]:
+        return lambda: time_used is not None and time_used() >= share
 
-    trials = explore(explorer.variables, fixed, bench, plan, is_over=is_over, on_batch=show)
+    trials = explore(explorer.variables, fixed, bench, plan, is_over=is_past(TRYING_SHARE), on_batch=show)
     explorer.on_stage(Stage("naming candidates"))
-    named = name_candidates(trials, explorer.variables, fixed, bench, naming_plan(study))
+    named = name_candidates(trials, explorer.variables, fixed, bench, naming_plan(study), is_over=is_past(1.0))
     front = _front(explorer, trials, place, fronts[0]) if fronts else None
     return Explored(n_robots, tuple(trials), tuple(named), front, len(trials) < plan.n_trials)
 

@@ -60,7 +60,7 @@ class ExploreSection(Section):
         300, description="candidates named for each fleet before the first run of the certification"
     )
     budget_share: Annotated[float, Field(gt=0, lt=1)] = Field(
-        0.4, description="share of search.budget_minutes that exploring may take, where there is such a budget"
+        0.5, description="share of search.budget_minutes that exploring may take, where there is such a budget"
     )
     importance: Annotated[list[Literal["ped_anova", "fanova", "impurity"]], Field(max_length=3)] = Field(
         ["ped_anova"], description="evaluators of the variables' importance; the last two need scikit-learn"

@@ -1,5 +1,7 @@
 """From what an exploration found to the records that are saved: `exploration.json` and `pareto.json`."""
 
+from dataclasses import dataclass
+
 from rfiddesign.optimize.explore import (
     FIRST_FRONT_RUN,
     FIRST_RUN,
@@ -19,10 +21,18 @@ from rfiddesign.study.exploring import Explored
 from rfiddesign.study.load import Study
 
 
+@dataclass(frozen=True)
+class Counted:
+    """Number and tags of each candidate, by its proposal's key."""
+
+    numbers: dict[int, int]
+    n_tags: dict[int, int]
+
+
 def exploration_record(
-    study: Study, variables: Variables, explored: list[Explored], numbers: dict[int, int]
+    study: Study, variables: Variables, explored: list[Explored], counted: Counted
 ) -> records.Exploration:
-    """All explorations of a study; `numbers` has the number of each candidate by its proposal's key."""
+    """All explorations of a study."""
     section = study.file.explore
     return records.Exploration(
         sampler=section.sampler,
@@ -33,7 +43,7 @@ def exploration_record(
         n_designs=variables.n_designs,
         variables=[_variable(variable) for variable in variables.all],
         objectives=["cost"] if study.file.pareto is None else list(study.file.pareto.objectives),
-        fleets=[_fleet(study, variables, fleet, numbers) for fleet in explored],
+        fleets=[_fleet(study, variables, fleet, counted) for fleet in explored],
     )
 
 
@@ -60,7 +70,7 @@ def _variable(variable: Variable) -> records.VariableRecord:
     )
 
 
-def _fleet(study: Study, variables: Variables, fleet: Explored, numbers: dict[int, int]) -> records.FleetExploration:
+def _fleet(study: Study, variables: Variables, fleet: Explored, counted: Counted) -> records.FleetExploration:
     built = [trial for trial in fleet.trials if trial.is_built]
     made = [dict(trial.proposal.values) for trial in built]
     drawn = [
@@ -77,9 +87,10 @@ def _fleet(study: Study, variables: Variables, fleet: Explored, numbers: dict[in
         trials=[_trial(study, trial) for trial in fleet.trials],
         named=[
             records.NamedRecord(
-                number=numbers[named.proposal.key],
+                number=counted.numbers[named.proposal.key],
                 name=named.proposal.name,
                 values=dict(named.proposal.values),
+                n_tags=counted.n_tags[named.proposal.key],
                 cost_cents=named.cost_cents,
                 trial=named.trial,
                 is_tried=named.is_tried,

@@ -9,6 +9,7 @@ from rfiddesign.cost import Site
 from rfiddesign.errors import StudyError
 from rfiddesign.estimators.registry import Settings
 from rfiddesign.floor import Floor
+from rfiddesign.geometry import TagPattern
 from rfiddesign.metrics import RunMetrics
 from rfiddesign.optimize.explore import (
     KIND_VARIABLES,
@@ -153,6 +154,7 @@ class Maker:
         self._floor = floor
         self._simulator = simulator
         self._made: dict[int, Candidate] = {}
+        self._n_tags: dict[TagPattern, int] = {}
         self._settings: dict[tuple, Settings] = {}
         self._scenarios: dict[float | None, tuple[Scenario, ...]] = {}
 
@@ -161,11 +163,12 @@ class Maker:
         """The robot's footprint, made once."""
         return self._study.footprint
 
-    def candidate(self, proposal: Proposal) -> Candidate:
-        """The candidate that a proposal is."""
+    def candidate(self, proposal: Proposal, n_tags: int | None = None) -> Candidate:
+        """The candidate that a proposal is; its tags are laid and counted unless their number is known."""
         if proposal.key not in self._made:
             estimator = proposal.estimator or self._study.file.estimator_names[0]
-            n_tags = self._simulator.tags(proposal.design.pattern).n_tags
+            if n_tags is None:
+                n_tags = self._count(proposal.design.pattern)
             self._made[proposal.key] = Candidate(
                 proposal.name, proposal.design, estimator, self._settings_of(proposal, estimator), n_tags,
                 self._floor.area_m2, self._scenarios_of(proposal.speed_mm_per_s),
@@ -175,6 +178,11 @@ class Maker:
     def of_key(self, key: int) -> Candidate:
         """The candidate made of the proposal with that key."""
         return self._made[key]
+
+    def _count(self, pattern: TagPattern) -> int:
+        if pattern not in self._n_tags:
+            self._n_tags[pattern] = self._simulator.tags(pattern).n_tags
+        return self._n_tags[pattern]
 
     def _settings_of(self, proposal: Proposal, estimator: str) -> Settings:
         key = (estimator, proposal.n_particles, proposal.speed_mm_per_s)

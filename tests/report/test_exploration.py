@@ -43,6 +43,12 @@ def trial(number, score, is_stopped=False, name="bar-4-100"):
     )  # fmt: skip
 
 
+def named(number, name, cost_cents, is_tried):
+    return NamedRecord(
+        number=number, name=name, values=VALUES, n_tags=9, cost_cents=cost_cents, trial=2, is_tried=is_tried
+    )
+
+
 def exploration(n_robots=1, name="bar-4-100"):
     return Exploration(
         sampler="tpe", seed=1, runs_per_trial=8, pilot_runs=4, first_run=10**9, n_designs=1_234_567,
@@ -52,8 +58,8 @@ def exploration(n_robots=1, name="bar-4-100"):
                 n_robots=n_robots, currency="EUR", is_cut_short=True,
                 trials=[trial(0, 2.0, True), trial(1, None), trial(2, 0.9, name=name), trial(3, 1.2)],
                 named=[
-                    NamedRecord(number=0, name=name, values=VALUES, cost_cents=120_000, trial=2, is_tried=True),
-                    NamedRecord(number=1, name="x", values=VALUES, cost_cents=110_000, trial=2, is_tried=False),
+                    named(0, name, 120_000, is_tried=True),
+                    named(1, "x", 110_000, is_tried=False),
                 ],
                 importance=[ImportanceRecord(evaluator="ped_anova", shares={"readers": 0.7, "tags_per_m2": 0.3})],
                 interactions=[InteractionRecord(first="readers", second="tags_per_m2", share=0.05)],

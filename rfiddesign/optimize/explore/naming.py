@@ -5,7 +5,7 @@ designs around and below the apparent optimum: those that the exploration liked,
 which it never tried. A hopeless candidate costs the walk a few runs, one that was not named cannot be found.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
 from itertools import islice
@@ -62,12 +62,14 @@ def apparent_optimum(trials: Sequence[Trial]) -> Trial | None:
 
 
 def name_candidates(
-    trials: Sequence[Trial], variables: Variables, fixed: Fixed, bench: Bench, plan: NamingPlan
-) -> list[Named]:
+    trials: Sequence[Trial], variables: Variables, fixed: Fixed, bench: Bench, plan: NamingPlan,
+    *, is_over: Callable[[], bool] = lambda: False,
+) -> list[Named]:  # fmt: skip
     """Candidates in the order named: tried ones, the cheap before the dear ones, then neighbours of these.
 
     Neighbours change one variable of a candidate a little, or two. They are taken first from the candidates nearest to
-    the front, and only if they cost no more than the apparent optimum. Without one, all prices count as low.
+    the front, and only if they cost no more than the apparent optimum. Without one, all prices count as low. `is_over`
+    is asked before each whether to end with them, for limits of time.
     """
     cheap, dear = _promising(trials, plan)
     if not cheap and not dear:
@@ -79,7 +81,7 @@ def name_candidates(
     most = max(trial.cost_cents for trial in cheap) if best is None else best.cost_cents
     neighbours = _neighbours(list(named.values()), variables, fixed)
     for found in islice(neighbours, LOOKS_PER_CANDIDATE * plan.n_candidates):
-        if len(named) >= plan.n_candidates:
+        if len(named) >= plan.n_candidates or is_over():
             break
         # Tags are laid, for exact prices, only of what is named.
         is_new = found.proposal.key not in named and bench.fault(found.proposal) is None
