@@ -197,5 +197,8 @@ def _draw_panel(axes: Axes, points: FrontPoints, i: int) -> None:
         x[knee], y[knee], s=110, facecolors="none", edgecolors=VERMILLION, linewidths=1.6, zorder=4, label="knee"
     )
     bars = 2 * points.stderr[:, i]
-    set_scale(axes.yaxis, max((y - bars).min(), 0.0), (y + bars).max(), is_money=points.is_money[i])
+    # Bars that reach 0 would force an axis without decades.
+    ends = y - bars
+    low = min(y.min(), ends[ends > 0].min(initial=y.min()))
+    set_scale(axes.yaxis, low, (y + bars).max(), is_money=points.is_money[i])
     axes.set_ylabel(points.labels[i])
