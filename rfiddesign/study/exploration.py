@@ -45,6 +45,8 @@ from rfiddesign.study.storage import RunTable
 
 # Where time is limited: share of that for exploring in which designs are tried; pricing their neighbours has the rest.
 TRYING_SHARE = 0.7
+# How much of its margin a neighbour is taken to lose for what it spares, as a power of the ratio of prices.
+PRICE_OF_MARGIN = 3.0
 
 
 @dataclass(frozen=True)
@@ -103,10 +105,9 @@ def _promises(record: Exploration) -> dict[int, float]:
     for fleet in record.fleets:
         for named in fleet.named:
             trial = fleet.trials[named.trial]
-            # A cheaper neighbour is taken to have lost of its margin what it spares.
-            promise = -log(trial.score) - (
-                0.0 if named.is_tried else log(max(trial.cost_cents, 1) / max(named.cost_cents, 1))
-            )
+            # What spares cost takes margin, and more than in proportion: floor and project cost the same for all.
+            spared = log(max(trial.cost_cents, 1) / max(named.cost_cents, 1))
+            promise = -log(trial.score) - (0.0 if named.is_tried else PRICE_OF_MARGIN * spared)
             promises[named.number] = max(promise, promises.get(named.number, promise))
     return promises
 

@@ -30,14 +30,15 @@ class NamingPlan:
     Parameters
     ----------
     n_candidates : how many at most; a third each are tried ones up to the price of the apparent optimum, untried
-        cheaper neighbours, and tried ones that are dearer and safer. Where a third is short the others fill it.
+        cheaper neighbours, and dearer, safer ones, tried as far as there are such. Where a third is short the others
+        fill it.
     slack : margins that a candidate may have at most, see `score.score`: one further off does not hold.
     dearest : prices that a candidate may have at most, as multiples of the apparent optimum's.
     """
 
     n_candidates: int = 300
     slack: float = 1.5
-    dearest: float = 2.0
+    dearest: float = 4.0
 
     def __post_init__(self):
         require.count("n_candidates", self.n_candidates, at_most=MAX_CANDIDATES)
@@ -79,19 +80,30 @@ def name_candidates(
     named = {trial.proposal.key: _of(trial) for trial in tried}
     best = apparent_optimum(trials)
     most = max(trial.cost_cents for trial in cheap) if best is None else best.cost_cents
+    # Where few tried ones are safe, dearer neighbours stand in for them.
+    n_cheap = plan.n_candidates - max(0, third - len(dear))
+    dearer: list[_Neighbour] = []
     neighbours = _neighbours(list(named.values()), variables, fixed)
     for found in islice(neighbours, LOOKS_PER_CANDIDATE * plan.n_candidates):
-        if len(named) >= plan.n_candidates or is_over():
+        if len(named) >= n_cheap or is_over():
             break
         # Tags are laid, for exact prices, only of what is named.
         is_new = found.proposal.key not in named and bench.fault(found.proposal) is None
         if is_new and bench.about_cents(found.proposal) <= most:
-            cost_cents = bench.cost_cents(found.proposal)
-            named[found.proposal.key] = Named(found.proposal, cost_cents, found.trial, False)
+            named[found.proposal.key] = _beside(found, bench)
+        elif is_new:
+            dearer.append(found)
     for trial in [*cheap[third:], *dear[third:]]:
-        if len(named) < plan.n_candidates:
+        if len(named) < n_cheap:
             named.setdefault(trial.proposal.key, _of(trial))
+    for found in dearer:
+        if len(named) < plan.n_candidates:
+            named.setdefault(found.proposal.key, _beside(found, bench))
     return list(named.values())
+
+
+def _beside(found: "_Neighbour", bench: Bench) -> Named:
+    return Named(found.proposal, bench.cost_cents(found.proposal), found.trial, False)
 
 
 def _of(trial: Trial) -> Named:
