@@ -89,10 +89,14 @@ def explored_sentences(explored: Explored) -> tuple[str, ...]:
     """How was explored, in sentences."""
     record = explored.exploration
     sampler = SAMPLERS.get(record.sampler, record.sampler)
+    stopped = (
+        f" at most ({record.pilot_runs} where they were significantly worse than those of a design that costs no more)"
+        if record.pilot_runs < record.runs_per_trial
+        else ""
+    )
     sentences = [
         f"The ranges hold {record.n_designs:,} different designs at the steps that can be made. {sampler[0].upper()}"
-        f"{sampler[1:]} proposed designs, each of which was tried on {record.runs_per_trial} drives at most"
-        f" ({record.pilot_runs} where they were significantly worse than those of a design that costs no more).",
+        f"{sampler[1:]} proposed designs, each of which was tried on {record.runs_per_trial} drives{stopped}.",
         "A certificate speaks of the candidates that were named after that and before its first drive, and of nothing"
         " else: its drives have other random numbers than those of the exploration.",
     ]
