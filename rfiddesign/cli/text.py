@@ -120,6 +120,7 @@ def verification_lines(summary: dict[str, Any], *, is_good: bool) -> list[str]:
 def check_lines(summary: dict[str, Any]) -> list[str]:
     """Summary of `check`."""
     floor, space = summary["floor"], summary["space"]
+    n_listed = space["n_combinations"]
     what = _candidates(is_estimator_open=len(summary["estimators"]) > 1)
     lines = [
         summary["title"],
@@ -130,8 +131,9 @@ def check_lines(summary: dict[str, Any]) -> list[str]:
         if row["value"] is not None:
             lines.append(f"          {row['name']} = {row['value']:g}: {row['area_m2']:,.1f} m2")
     lines += [
-        f"space   {space['n_combinations']:,} {what}, {space['n_unbuildable']:,} cannot be built",
+        *([f"space   {n_listed:,} {what}, {space['n_unbuildable']:,} cannot be built"] if n_listed else []),
         *_unbuildable_lines(space["unbuildable"]),
+        *_explored_lines(summary["explore"]),
         f"fleet   {', '.join(str(n) for n in summary['fleet'])} robots",
         *([f"filter  left open: {' or '.join(summary['estimators'])}"] if len(summary["estimators"]) > 1 else []),
     ]
@@ -139,6 +141,16 @@ def check_lines(summary: dict[str, Any]) -> list[str]:
         settings = ", ".join(f"{key} = {value}" for key, value in variant["set"].items())
         lines.append(f"variant {variant['name']}: {settings or 'as the study itself'}")
     return lines
+
+
+def _explored_lines(explore: dict[str, Any] | None) -> list[str]:
+    """What an exploration may try and will name."""
+    if explore is None:
+        return []
+    return [
+        f"explore {explore['n_designs']:,} designs by {explore['n_trials']:,} trials ({explore['sampler']}), then name"
+        f" at most {explore['n_candidates']:,} candidates for each fleet"
+    ]
 
 
 def _unbuildable_lines(faults: list[dict[str, str]]) -> list[str]:

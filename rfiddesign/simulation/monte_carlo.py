@@ -66,7 +66,8 @@ class Simulator:
         self._tags = InstalledTags(scenario.floor)
         # Design and estimator are kept beside what belongs to them, so that no other can get their identity.
         self._prepared: dict[tuple[int, int, int], tuple[Job, PreparedDesign]] = {}
-        self._pool = ThreadPoolExecutor(n_workers or os.cpu_count() or 1)
+        self.n_workers = n_workers or os.cpu_count() or 1
+        self._pool = ThreadPoolExecutor(self.n_workers)
 
     def __enter__(self) -> Self:
         return self

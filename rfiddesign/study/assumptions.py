@@ -16,6 +16,8 @@ from rfiddesign.study.sections import Section
 from rfiddesign.study.world_config import FaultsSection, OdometrySection, WorldSection
 
 STUDY_FILE = "study file"
+# The key of what a filter with particles has.
+PARTICLES = "n_particles"
 PAPER = "hf_multireader_mcl"
 NAVIFLOOR = "rssi_kalman_navifloor"
 DEFAULT_SHAPE = (MclSection().sigma_per_radius, MclSection().beta)
@@ -48,7 +50,7 @@ def assumptions(study: Study) -> list[Assumption]:
     rows = [
         ("fleet sizes", ", ".join(str(n) for n in file.fleet.robots), STUDY_FILE),
         ("length of a run, filter step", f"{scenario.duration_s:g} s, {scenario.dt_s:g} s", STUDY_FILE),
-        ("speeds, drawn per run", f"{_listed(scenario.speeds_mm_per_s)} mm/s", STUDY_FILE),
+        _speeds(file),
         *_where(file),
         ("manner of heading, drawn per run", ", ".join(scenario.headings), STUDY_FILE),
         ("speed of turns in place", f"{scenario.turn_rate_deg_per_s:g} deg/s", STUDY_FILE),
@@ -77,7 +79,7 @@ def assumptions(study: Study) -> list[Assumption]:
         ("footprint of a robot", f"disc of {file.robot.footprint_radius_mm:g} mm radius", STUDY_FILE),
     ]
     known = antennas()
-    for name in file.space.antenna:
+    for name in file.antenna_names:
         rows.append((f"antenna {name}", f"sees {known[name].area.area_mm2:,.0f} mm2 of floor", known[name].source))
     return [Assumption(what=what, value=value, source=source) for what, value, source in rows]
 
@@ -87,6 +89,13 @@ def _where(file: StudyFile) -> list[tuple[str, str, str]]:
     if file.drives_on_routes:
         return [(what, value, STUDY_FILE) for what, value in route_assumptions(file)]
     return [("share of runs along the tag lattice's axes", f"{file.scenario.aligned_share:.0%}", STUDY_FILE)]
+
+
+def _speeds(file: StudyFile) -> tuple[str, str, str]:
+    """How fast robots drive."""
+    if file.varies("speed_mm_per_s"):
+        return ("speed", "each design's own, which its name says", STUDY_FILE)
+    return ("speeds, drawn per run", f"{_listed(file.scenario.speeds_mm_per_s)} mm/s", STUDY_FILE)
 
 
 def _unknown_to_estimator(world: WorldSection) -> list[tuple[str, str, str]]:
@@ -101,9 +110,9 @@ def _unknown_to_estimator(world: WorldSection) -> list[tuple[str, str, str]]:
     return rows
 
 
-def estimator_words(name: str, settings: Settings) -> str:
-    """An estimator in a line, as "Monte-Carlo localization, 500 particles"."""
-    n_particles = getattr(settings, "n_particles", None)
+def estimator_words(name: str, settings: Settings, *, is_counted: bool = True) -> str:
+    """An estimator in a line, as "Monte-Carlo localization, 500 particles"; uncounted where each design has its own."""
+    n_particles = getattr(settings, "n_particles", None) if is_counted else None
     return ESTIMATOR_WORDS[name][0] + ("" if n_particles is None else f", {n_particles:,} particles")
 
 
@@ -134,13 +143,14 @@ def _estimator(file: StudyFile, name: str) -> list[tuple[str, str, str]]:
     """Rows on one estimator and its settings."""
     words, source = ESTIMATOR_WORDS[name]
     if name != "mcl":
-        given = _settings(file.settings_of(name))
+        given = _settings(file.settings_of(name), PARTICLES if file.varies(PARTICLES) else "")
         return [("estimator", words, source), ("settings of the estimator", given or "defaults", STUDY_FILE)]
     filter_ = file.mcl
+    n_particles = "each design's number of" if file.varies(PARTICLES) else f"{filter_.n_particles}"
     return [
         (
             "estimator",
-            f"{words}, {filter_.n_particles} particles, reinitialization "
+            f"{words}, {n_particles} particles, reinitialization "
             f"{'on' if filter_.reinitialize else 'off'} (alpha {filter_.alpha:g})",
             source,
         ),
@@ -152,9 +162,9 @@ def _estimator(file: StudyFile, name: str) -> list[tuple[str, str, str]]:
     ]
 
 
-def _settings(section: Section) -> str:
-    """Settings of an estimator in a line; what is left to be worked out from the rest of the study is not shown."""
-    values = section.model_dump(exclude={"odometry", "is_age_compensated"})
+def _settings(section: Section, varied: str) -> str:
+    """Settings of an estimator in a line, without the varied one, and what the rest of the study works out."""
+    values = section.model_dump(exclude={"odometry", "is_age_compensated", varied})
     return ", ".join(f"{key} {_word(value)}" for key, value in values.items() if value is not None)
 
 

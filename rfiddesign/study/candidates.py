@@ -88,12 +88,15 @@ class Candidates:
 
 
 def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: OnStage) -> Candidates:
-    """List the space, drop what cannot be built, apply the declared screens and count tags.
+    """List the space, drop what cannot be built, apply the declared screens and count tags; none without a space.
 
     Raises
     ------
     StudyError : if nothing is left to test, or a floor would take too many tags.
     """
+    settings = estimators_of(study.file, study.file.world, study.file.scenario.fastest_mm_per_s)
+    if study.file.space is None:
+        return Candidates(tuple(settings.items()), 0, (), (), {}, {})
     space = space_of(study, floor)
     for pattern in space.patterns:
         check_tag_count(study, pattern, floor, "space.tags_per_m2")
@@ -120,7 +123,6 @@ def find_candidates(study: Study, floor: Floor, simulator: Simulator, on_stage: 
     on_stage(Stage(f"laying tags for {len(patterns)} patterns"))
     counts = simulator.map(lambda pattern: simulator.tags(pattern).n_tags, patterns)
     n_tags = dict(zip(patterns, counts, strict=True))
-    settings = estimators_of(study.file, study.file.world, study.file.scenario.fastest_mm_per_s)
     scenarios = scenarios_of(study, floor)
     by_number = {}
     for number in numbers:

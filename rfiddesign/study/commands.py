@@ -10,8 +10,10 @@ from rfiddesign.errors import StudyError
 from rfiddesign.evaluate import Gap, computing_time, evaluate
 from rfiddesign.floor import Floor
 from rfiddesign.optimize import Space, Unbuildable, unbuildable
+from rfiddesign.optimize.explore import Variables
 from rfiddesign.study.document import antenna_poses, blind_records, coverage_record
 from rfiddesign.study.estimators import reference_of
+from rfiddesign.study.exploring import check_explore
 from rfiddesign.study.load import Study, check_tag_count, design_of, floor_of, scenario_of, space_of
 from rfiddesign.study.pipeline import price_design
 from rfiddesign.study.run_study import sensitivity
@@ -22,8 +24,9 @@ def check_study(study: Study) -> dict[str, Any]:
     """What a study would search, its floor, how the floor depends on the map's thresholds, and its variants."""
     floor = floor_of(study)
     space, misfits = check_search(study, floor)
+    variables = None if study.file.explore is None else check_explore(study, floor)
     check_variants(study.variants)
-    n_unbuildable = sum(len(misfit.numbers) for misfit in misfits)
+    n_unbuildable, n_combinations = sum(len(misfit.numbers) for misfit in misfits), 0 if space is None else space.size
     return {
         "study": study.name,
         "title": study.file.title,
@@ -38,13 +41,14 @@ def check_study(study: Study) -> dict[str, Any]:
             ],
         },
         "space": {
-            "n_combinations": space.size,
+            "n_combinations": n_combinations,
             "n_unbuildable": n_unbuildable,
-            "n_buildable": space.size - n_unbuildable,
+            "n_buildable": n_combinations - n_unbuildable,
             "unbuildable": [
                 {"layout": pair.layout_name, "antenna": pair.antenna_name, "reason": pair.reason} for pair in misfits
             ],
         },
+        "explore": None if variables is None else explored_summary(study, variables),
         "requirement": dict(study.requirement.limits) | {"converged_within_s": study.requirement.converged_within_s},
         "fleet": study.file.fleet.robots,
         "estimators": list(study.file.estimator_names),
@@ -52,13 +56,27 @@ def check_study(study: Study) -> dict[str, Any]:
     }
 
 
-def check_search(study: Study, floor: Floor) -> tuple[Space, tuple[Unbuildable, ...]]:
-    """The space of a study and what of it cannot be built.
+def explored_summary(study: Study, variables: Variables) -> dict[str, Any]:
+    """What a study's exploration may try and will name."""
+    explore = study.file.explore
+    return {
+        "n_designs": variables.n_designs,
+        "n_trials": explore.n_trials,
+        "n_candidates": explore.n_candidates,
+        "sampler": explore.sampler,
+    }
+
+
+def check_search(study: Study, floor: Floor) -> tuple[Space | None, tuple[Unbuildable, ...]]:
+    """The listed space of a study, None without one, and what of it cannot be built.
 
     Raises
     ------
     StudyError : if nothing can be built, or the floor would take too many tags or no route.
     """
+    if study.file.space is None:
+        scenario_of(study, floor)
+        return None, ()
     space = space_of(study, floor)
     for pattern in space.patterns:
         check_tag_count(study, pattern, floor, "space.tags_per_m2")
@@ -73,7 +91,10 @@ def check_variants(variants: Iterable[Variant]) -> None:
     """Check the search of each variant, so that a fault in the last one is found before the first is simulated."""
     for variant in variants:
         with in_variant(variant.name):
-            check_search(variant.study, floor_of(variant.study))
+            floor = floor_of(variant.study)
+            check_search(variant.study, floor)
+            if variant.study.file.explore is not None:
+                check_explore(variant.study, floor)
 
 
 def evaluate_study(

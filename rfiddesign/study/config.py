@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption
 from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
+from rfiddesign.study.explore_config import ExploreSection, ParetoSection
 from rfiddesign.study.placement_config import PlacementSection
 from rfiddesign.study.regimes_config import RegimesSection, check_whole
 from rfiddesign.study.requirements_config import FurtherRequirement
@@ -226,7 +227,9 @@ class StudyFile(EstimatorChoice):
     design: DesignSection = DesignSection()
     layouts: dict[Name, dict[str, Any]] = Field({}, description="layouts of one's own, by name")
     placements: dict[Name, PlacementSection] = Field({}, description="layouts that the program is to find, by name")
-    space: SpaceSection
+    space: SpaceSection | None = None
+    explore: ExploreSection | None = None
+    pareto: ParetoSection | None = None
     search: SearchSection = SearchSection()
     regimes: RegimesSection | None = Field(None, description="a map of the cheapest design over fleets and floors")
     # Left out of what is saved and hashed: the study's own answer does not depend on them.
@@ -236,7 +239,26 @@ class StudyFile(EstimatorChoice):
     @property
     def estimator_names(self) -> tuple[str, ...]:
         """The estimators that may be on the robots, the preferred one first."""
-        return tuple(self.space.estimator or AUTO_ESTIMATORS) if self.estimator == AUTO else (self.estimator,)
+        if self.estimator != AUTO:
+            return (self.estimator,)
+        named = [name for _, names in self._named_estimators() for name in names]
+        return tuple(dict.fromkeys(named)) or AUTO_ESTIMATORS
+
+    @property
+    def antenna_names(self) -> tuple[str, ...]:
+        """The antennas that the search may choose from."""
+        explored = [] if self.explore is None else self.explore.ranges.antenna
+        return tuple(dict.fromkeys([*([] if self.space is None else self.space.antenna), *explored]))
+
+    def varies(self, name: str) -> bool:
+        """Whether an exploration gives each design a value of its own of that variable."""
+        return self.explore is not None and getattr(self.explore.ranges, name) is not None
+
+    def _named_estimators(self) -> list[tuple[str, list[EstimatorName]]]:
+        """The keys that say what the search may put on the robots, as far as they do, with what they say."""
+        found = [("space.estimator", None if self.space is None else self.space.estimator)]
+        found.append(("explore.ranges.estimator", None if self.explore is None else self.explore.ranges.estimator))
+        return [(key, names) for key, names in found if names is not None]
 
     @property
     def drives_on_routes(self) -> bool:
@@ -247,21 +269,32 @@ class StudyFile(EstimatorChoice):
     def _routes_for_all(self) -> "StudyFile":
         if self.routes is None and self.scenario.drive == "routes":
             raise ValueError('scenario.drive = "routes" needs a section [routes]')
-        named = [kind for kind in self.space.pattern if kind.endswith("routes")]
+        named = [kind for kind in (self.space.pattern if self.space else []) if kind.endswith("routes")]
         if named and not self.drives_on_routes:
             raise ValueError(f'space.pattern "{named[0]}" needs robots that drive along a section [routes]')
         return self
 
     @model_validator(mode="after")
     def _open_estimator(self) -> "StudyFile":
-        if self.space.estimator is not None and self.estimator != AUTO:
-            raise ValueError(f'space.estimator needs estimator = "{AUTO}", found "{self.estimator}"')
+        for key, _ in self._named_estimators():
+            if self.estimator != AUTO:
+                raise ValueError(f'{key} needs estimator = "{AUTO}", found "{self.estimator}"')
+        return self
+
+    @model_validator(mode="after")
+    def _something_to_search(self) -> "StudyFile":
+        if self.space is None and self.explore is None:
+            raise ValueError("needs at least one of space and explore")
+        if self.pareto is not None and self.explore is None:
+            raise ValueError("pareto needs explore")
         return self
 
     @model_validator(mode="after")
     def _whole_regimes(self) -> "StudyFile":
         if self.regimes is not None:
             check_whole(self.search)
+            if self.explore is not None:
+                raise ValueError("regimes is for listed spaces, not for explore")
         return self
 
 

@@ -61,6 +61,7 @@ class Findings:
 def study_result(findings: Findings) -> records.StudyResult:
     """The whole answer as one record."""
     study, candidates = findings.study, findings.candidates
+    is_counted = not study.file.varies("n_particles")
     return records.StudyResult(
         version=__version__,
         study=study.name,
@@ -112,7 +113,7 @@ def study_result(findings: Findings) -> records.StudyResult:
         ),
         assumptions=assumptions(study),
         estimators=[
-            records.EstimatorRecord(name=name, words=estimator_words(name, settings))
+            records.EstimatorRecord(name=name, words=estimator_words(name, settings, is_counted=is_counted))
             for name, settings in candidates.estimators
         ],
         answers=[_answer(findings, answer) for answer in findings.answers],

@@ -265,8 +265,11 @@ def _check_names(study: Study) -> None:
         if name in file.layouts or name in LAYOUTS:
             raise StudyError("is a layout already; choose another name", file=study.path, key=f"placements.{name}")
         placement_problem(study.path, file, name)
+    listed = [] if file.space is None else [("space", file.space.layout, file.space.antenna)]
+    explored = [] if file.explore is None else [("explore.ranges", [], file.explore.ranges.antenna)]
     for section, layouts, names in (
-        ("space", file.space.layout, file.space.antenna),
+        *listed,
+        *explored,
         ("design", [file.design.layout], [file.design.antenna]),
     ):
         for name in layouts:
@@ -276,10 +279,11 @@ def _check_names(study: Study) -> None:
         for name in names:
             _checked(study.path, f"{section}.antenna", lambda name=name: antenna(name))
     priced = [name for name, _ in study.prices.antennas]
-    for name in file.space.antenna:
+    for name in file.antenna_names:
         if name not in priced:
+            where = "space" if file.space is not None and name in file.space.antenna else "explore.ranges"
             raise StudyError(
-                f"has no price for antenna {name!r} of space.antenna, only for {', '.join(priced)}",
+                f"has no price for antenna {name!r} of {where}.antenna, only for {', '.join(priced)}",
                 file=study.path.parent / file.prices,
                 key="per_robot.antenna",
             )

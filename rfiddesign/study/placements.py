@@ -58,7 +58,8 @@ def placed_layout(path: Path, file: StudyFile, name: str) -> ReaderLayout:
 
 def searched_placements(file: StudyFile) -> tuple[str, ...]:
     """Names of the placements that stand in the space."""
-    return tuple(name for name in file.space.layout if name in file.placements)
+    listed = [] if file.space is None else file.space.layout
+    return tuple(name for name in listed if name in file.placements)
 
 
 def placements_record(path: Path, file: StudyFile, names: Iterable[str]) -> Placements:

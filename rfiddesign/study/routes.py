@@ -85,7 +85,7 @@ def route_assumptions(file: StudyFile) -> list[tuple[str, str]]:
         ),
         ("off the route, drawn for every way", f"up to {section.lateral_mm:g} mm and {section.yaw_deg:g} deg"),
     ]
-    if PLACED in file.space.pattern:
+    if file.space is not None and PLACED in file.space.pattern:
         dead = "any one tag" if section.n_spare == 1 else f"any {section.n_spare} tags"
         spare = f"with {dead} of a window dead" if section.n_spare else "with all tags alive"
         rows.append(

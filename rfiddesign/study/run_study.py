@@ -24,6 +24,8 @@ from rfiddesign.study.budget import Budget
 from rfiddesign.study.candidates import Candidates, find_candidates
 from rfiddesign.study.certificate import certificate
 from rfiddesign.study.document import Findings, about, chosen_design, study_result, traces_record
+from rfiddesign.study.exploration import Explorer, with_explored
+from rfiddesign.study.exploring import check_explore
 from rfiddesign.study.load import Study, floor_of, map_thresholds, scenario_of
 from rfiddesign.study.outcomes import StoredRuns
 from rfiddesign.study.pipeline import (
@@ -45,7 +47,7 @@ from rfiddesign.study.storage import RunTable
 
 # Runs of each chosen design that the report draws as curves.
 RUNS_TRACED = 8
-PACKAGES = ("numpy", "scipy", "shapely", "numba", "pydantic", "matplotlib")
+PACKAGES = ("numpy", "scipy", "shapely", "numba", "pydantic", "matplotlib", "optuna")
 
 
 @dataclass(frozen=True)
@@ -80,15 +82,20 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
     with ExitStack() as stack:
         simulator = stack.enter_context(Simulator(scenario_of(study, floor), study.file.seed, workers, loosest(study)))
         candidates = find_candidates(study, floor, simulator, on_stage)
-        costs = {n: price_candidates(study, candidates, n) for n in study.file.fleet.robots}
+        variables = None if study.file.explore is None else check_explore(study, floor)
         # Nothing is written before all that can be at fault with a study has been looked at.
         if not is_begun:
             claim.claim_folder(out, digest, {"study": json.loads(study.file.model_dump_json())})
+        budget = Budget(study.file.search.budget_runs, study.file.search.budget_minutes)
+        if variables is not None:
+            explorer = Explorer(study, floor, out, simulator, variables, on_stage)
+            candidates = with_explored(explorer, candidates, budget)
+        costs = {n: price_candidates(study, candidates, n) for n in study.file.fleet.robots}
         table = stack.enter_context(RunTable(out / files.RUNS))
         runs = StoredRuns(candidates.job, simulator, table, candidates.n_scenarios)
         n_before = runs.n_stored
         try:
-            answers = _search(study, candidates, costs, runs, on_stage)
+            answers = _search(study, candidates, costs, runs, budget, on_stage)
             cells = search_regimes(study, candidates, floor, runs, on_stage)
             others = search_other_kinds(study, candidates, answers, runs, on_stage)
         finally:
@@ -123,10 +130,10 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
 
 
 def _search(
-    study: Study, candidates: Candidates, costs: dict[int, dict[int, Cost]], runs: StoredRuns, on_stage: OnStage
-) -> tuple[Answer, ...]:
+    study: Study, candidates: Candidates, costs: dict[int, dict[int, Cost]], runs: StoredRuns, budget: Budget,
+    on_stage: OnStage,
+) -> tuple[Answer, ...]:  # fmt: skip
     """The answer for each fleet; what one leaves of the budget is for those after it."""
-    budget = Budget(study.file.search.budget_runs, study.file.search.budget_minutes)
     if budget.minutes is not None:
         # The first run compiles the program where nobody ran it before; that is not searching.
         runs.first(candidates.numbers[0], 1)
