@@ -13,7 +13,8 @@ from rfiddesign.units import DEG_PER_RAD, flops, money
 def answer_lines(result: StudyResult, folder: Path, page: Path) -> list[str]:
     """The cheapest design of each fleet, its price and certificate, and where the report is."""
     what = _candidates(is_estimator_open=result.is_estimator_open)
-    lines = [result.title, f"{result.space.n_candidates:,} {what} tested on {result.floor.area_m2:,.0f} m2"]
+    were = "named by an exploration, then tested" if result.space.is_named else "tested"
+    lines = [result.title, f"{result.space.n_candidates:,} {what} {were} on {result.floor.area_m2:,.0f} m2"]
     names = {design.number: design.name for design in result.designs}
     for answer in result.answers:
         lines += ["", *_answer_lines(answer, names, result)]

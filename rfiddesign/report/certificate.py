@@ -2,7 +2,7 @@
 
 from rfiddesign.report.contents import Answer, Contents
 from rfiddesign.report.words import candidates, count, percent
-from rfiddesign.results.study_result import TestRecord
+from rfiddesign.results.study_result import StudyResult, TestRecord
 from rfiddesign.units import money
 
 #: What a claim of the search says beside that the winner is certified, for the first screen.
@@ -17,10 +17,12 @@ SHORT_CLAIMS = {
 }
 
 
-def headline(answer: Answer, test: TestRecord) -> str:
+def headline(answer: Answer, test: TestRecord, *, is_named: bool = False) -> str:
     """The claim of an answer in a sentence or two."""
     record = answer.record
     claim = SHORT_CLAIMS.get(record.claim, _sentence(record.claim_words))
+    if is_named:
+        claim += " Candidates are those that an exploration named before the first of these drives."
     if record.winner is None:
         return claim
     share, chance = percent(test.fail_probability), percent(test.alpha_certify, 2)
@@ -31,7 +33,7 @@ def how_tested(contents: Contents) -> tuple[str, ...]:
     """What was tried, for all fleets."""
     result = contents.result
     sentences = [
-        f"{candidates(result.space.n_candidates, result)} could be tested. For each fleet they were tried from the"
+        f"{candidates(result.space.n_candidates, result)} {_were(result)}. For each fleet they were tried from the"
         f" cheapest upwards, each on as many simulated drives as it took to decide, at most {result.test.max_runs:,}.",
         "Each drive has its own route, speed, noise and, where the study says so, start. All of them follow from the"
         f" seed {result.seed}: whoever repeats the study gets the same drives and the same answer.",
@@ -61,6 +63,10 @@ def _criteria_sentence(test: TestRecord) -> tuple[str, ...]:
     asked = "; ".join(f"{criterion.words} (more than {percent(criterion.fail)})" if criterion.kind == "share"
                       else criterion.words for criterion in test.criteria)  # fmt: skip
     return (f"A design must keep all of: {asked}.",)
+
+
+def _were(result: StudyResult) -> str:
+    return "were named by an exploration and could be tested" if result.space.is_named else "could be tested"
 
 
 def promised(contents: Contents, answer: Answer) -> tuple[str, ...]:

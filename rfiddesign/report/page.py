@@ -123,7 +123,7 @@ def _answer_part(contents: Contents, answer: Answer) -> AnswerPart:
         design=_design_words(contents, answer) if winner else "",
         estimator=_estimator_words(contents, answer),
         passed=f"{tables.passed(winner)} drives passed" if winner else "",
-        headline=headline(answer, test),
+        headline=headline(answer, test, is_named=contents.result.space.is_named),
         bound=bound,
         promised=promised(contents, answer),
         cost=tables.cost_table(record) if winner else None,

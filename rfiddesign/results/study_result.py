@@ -96,13 +96,17 @@ class ScreenRecord(Record):
 
 
 class SpaceRecord(Record):
-    """The space: all combinations, what of it can be built, and what was tested."""
+    """The space: all combinations, what of it can be built, and what was tested.
+
+    `is_named` : candidates were named by an exploration of a larger space, before the first drive of the certification.
+    """
 
     n_combinations: int
     n_unbuildable: int
     unbuildable: list[UnbuildableRecord]
     screens: list[ScreenRecord]
     n_candidates: int
+    is_named: bool = False
 
 
 class Assumption(Record):

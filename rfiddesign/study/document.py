@@ -19,7 +19,7 @@ from rfiddesign.geometry import (
     pattern_beneath,
 )
 from rfiddesign.metrics import Requirement, RunMetrics
-from rfiddesign.optimize import ASSUMPTIONS, CLAIMS, Decision, ShareCriterion, TestPlan
+from rfiddesign.optimize import ASSUMPTIONS, CLAIMS, Claim, Decision, ShareCriterion, TestPlan
 from rfiddesign.results import study_result as records
 from rfiddesign.simulation.computing import ComputingTime
 from rfiddesign.simulation.run import Trace
@@ -110,6 +110,7 @@ def study_result(findings: Findings) -> records.StudyResult:
                 for screen in candidates.screens
             ],
             n_candidates=len(candidates.numbers),
+            is_named=study.file.explore is not None,
         ),
         assumptions=assumptions(study),
         estimators=[
@@ -246,7 +247,7 @@ def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
         n_robots=answer.n_robots,
         currency=findings.study.prices.currency,
         claim=search.claim,
-        claim_words=CLAIMS[search.claim],
+        claim_words=_claim_words(findings, search.claim),
         winner=decision(search.winner),
         cost_lines=[] if price is None else cost_line_records(price),
         runners_up=[decision(index) for index in search.runners_up],
@@ -267,6 +268,13 @@ def _answer(findings: Findings, answer: Answer) -> records.AnswerRecord:
         coverage=None if winner is None else _coverage(findings.candidates.by_number[winner].design),
         computing=None if winner is None else _computing(findings, winner),
     )
+
+
+def _claim_words(findings: Findings, claim: Claim) -> str:
+    """A claim in words, with what it is about where a larger space was explored."""
+    if findings.study.file.explore is None:
+        return CLAIMS[claim]
+    return f"among the {len(findings.candidates.numbers):,} candidates named before certification, {CLAIMS[claim]}"
 
 
 def _computing(findings: Findings, number: int) -> records.ComputingRecord:
