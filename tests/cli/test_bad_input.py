@@ -126,7 +126,7 @@ def test_a_map_without_free_space_is_refused(cli, tiny, grey_map):
         (None, "study.toml: cannot be read: No such file or directory"),
         (b"\xff", "study.toml: is not UTF-8 text"),
         (b"#" * 2_000_000, "study.toml: is too large, at most 1,000,000 bytes are allowed"),
-        (b"", "study.toml: title: is missing (and 3 more)"),
+        (b"", "study.toml: title: is missing (and 2 more)"),
     ],
 )
 def test_a_study_file_that_cannot_be_read_is_refused_by_every_command(cli, tiny, command, content, words):
@@ -181,7 +181,7 @@ def test_a_folder_without_write_permission_is_refused(cli, tiny):
         (["--runs", "2000000"], "--runs: found 2000000, must be from 1 to 1,000,000"),
         (["--runs", "many"], 'Invalid value for --runs: unable to convert "many" into int.'),
         (["--set", "layout"], "--set: found 'layout', must be KEY=VALUE"),
-        (["--set", "layot=cross-8"], "--set: layot: unknown key; allowed: aligned_share, "),
+        (["--set", "layot=cross-8"], "--set: layot: unknown key; allowed: across_mm, aligned_share, "),
         (["--set", "layout=cross-9"], "design.layout: found 'cross-9', must be one of pair, cross-96, "),
         (["--set", "antenna=1x1"], "design.antenna: antenna is '1x1', must be one of 30x30, "),
         (
