@@ -26,7 +26,7 @@ from rfiddesign.results import folder as files
 from rfiddesign.results.exploration import Exploration
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.study.budget import Budget
-from rfiddesign.study.candidates import Candidates
+from rfiddesign.study.candidates import Candidate, Candidates
 from rfiddesign.study.estimators import estimators_of
 from rfiddesign.study.explore_document import Counted, exploration_record, pareto_record
 from rfiddesign.study.exploring import (
@@ -82,12 +82,7 @@ def with_explored(explorer: Explorer, listed: Candidates, budget: Budget) -> Can
         counted = Counted(numbers, n_tags)
         files.write_record(out / files.EXPLORATION, exploration_record(study, explorer.variables, explored, counted))
     record = files.read_record(out / files.EXPLORATION, Exploration)
-    maker, fixed = Maker(study, explorer.floor, explorer.simulator), fixed_of(study)
-    named = {
-        each.number: maker.candidate(propose(tuple(each.values.items()), fixed), each.n_tags)
-        for fleet in record.fleets
-        for each in fleet.named
-    }
+    named = named_candidates(study, explorer.floor, explorer.simulator, record)
     rule = f"not among the {len(named):,} candidates that exploring {record.n_designs:,} designs has named"
     screen = Screen(rule, "heuristic", record.n_designs - len(named))
     return replace(
@@ -97,6 +92,16 @@ def with_explored(explorer: Explorer, listed: Candidates, budget: Budget) -> Can
         by_number=listed.by_number | named,
         promise=dict.fromkeys(listed.by_number, 0.0) | _promises(record),
     )
+
+
+def named_candidates(study: Study, floor: Floor, simulator: Simulator, record: Exploration) -> dict[int, Candidate]:
+    """The candidates that an exploration named, by number."""
+    maker, fixed = Maker(study, floor, simulator), fixed_of(study)
+    return {
+        each.number: maker.candidate(propose(tuple(each.values.items()), fixed), each.n_tags)
+        for fleet in record.fleets
+        for each in fleet.named
+    }
 
 
 def _promises(record: Exploration) -> dict[int, float]:

@@ -11,13 +11,16 @@ from scipy.stats import beta
 from rfiddesign.catalog import antenna
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
+from rfiddesign.floor import Floor
 from rfiddesign.geometry import ListedPattern, listed
 from rfiddesign.optimize import Verdict, battery, judge
 from rfiddesign.results import folder as files
+from rfiddesign.results.exploration import Exploration
 from rfiddesign.results.study_result import ChosenDesign
 from rfiddesign.simulation.monte_carlo import Simulator
 from rfiddesign.study.candidates import Candidate
 from rfiddesign.study.estimators import estimators_of
+from rfiddesign.study.exploration import named_candidates
 from rfiddesign.study.load import Study, floor_of, reader_of, scenarios_of, study_of
 from rfiddesign.study.pipeline import loosest, study_hash, test_plan
 from rfiddesign.study.verify import read_held
@@ -74,11 +77,12 @@ def rerun(
     floor = floor_of(study)
     scenarios = scenarios_of(study, floor)
     with Simulator(scenarios[0], fresh, n_workers, loosest(study)) as simulator:
+        explored = _explored(folder, study, floor, simulator)
         for i, answer in enumerate(held.result.answers):
             if answer.winner is None:
                 continue
             place = files.answer_folder(folder, answer.n_robots, is_first=i == 0)
-            candidate = _candidate(study, place, scenarios)
+            candidate = explored.get(answer.winner.design) or _candidate(study, place, scenarios)
             verdict, n_runs, scores = "undecided", 0, np.empty(0, bool)
             rows: list[list] = [[] for _ in scenarios]
             while verdict == "undecided" and n_runs < plan.max_runs:
@@ -108,6 +112,14 @@ def _study_again(folder: Path, digest: str) -> Study:
     if study_hash(study) != digest:
         raise StudyError(f"its files, the map, the catalog or the program changed since {folder}", file=path)
     return study
+
+
+def _explored(folder: Path, study: Study, floor: Floor, simulator: Simulator) -> dict[int, Candidate]:
+    """The candidates that an exploration named, which may have particles and speeds of their own; none without one."""
+    if study.file.explore is None:
+        return {}
+    record = files.read_record(folder / files.EXPLORATION, Exploration)
+    return named_candidates(study, floor, simulator, record)
 
 
 def _candidate(study: Study, place: Path, scenarios: tuple) -> Candidate:
