@@ -41,8 +41,8 @@ def test_tags_along_routes(routes, layout, most_tags, widest_gap):
     )  # fmt: skip
     seconds = ", ".join(f"{what} until {at:.0f} s" for what, at in marks.items())
     print(
-        f"\n{layout}: {found.n_tags:,} tags, bound {found.lower_bound:,}, gap {found.gap:.1%} ({found.method}); {seconds},"
-        f" all {time.process_time() - begin:.0f} s; {found.drive}"
+        f"\n{layout}: {found.n_tags:,} tags, bound {found.lower_bound:,}, gap {found.gap:.1%} ({found.method});"
+        f" {seconds}, all {time.process_time() - begin:.0f} s; {found.drive}"
     )
     assert found.n_unserved == 0
     assert found.min_cover >= 2

@@ -36,9 +36,10 @@ timed: every machine gets this table.
   holds), hence the column "below p0"; only designs at or below p1 are sold wrongly. On "crowded, 5 robots" the cheapest
   design that holds has p = 0.9501, which is as hard as it gets: the search may refute it once in forty studies
   (alpha_refute), and of 200 seeds it did in 5.
-- **What was looked at first.** "crowded" was drawn up and counted first; it missed the bar on runs (0.97 to 1.79 %), and "even", on which
-  all searches are compared, was drawn up after that. The bar on right answers, 97 %, is held by the mean over the fleets
-  of each list: one fleet of "crowded", 58 of 60 right, misses it (195 of 200 in a longer count). What the certificate promises is 95 %.
+- **What was looked at first.** "crowded" was drawn up and counted first; it missed the bar on runs (0.97 to 1.79 %),
+  and "even", on which all searches are compared, was drawn up after that. The bar on right answers, 97 %, is held by
+  the mean over the fleets of each list: one fleet of "crowded", 58 of 60 right, misses it (195 of 200 in a longer
+  count). What the certificate promises is 95 %.
 - **Exhaustive** runs every design {N_FIXED} times and returns the cheapest that passed enough of them.
 - **TPE and random search** get, seed by seed, as many runs as the certified search used. Random search tries designs
   without repetition, {", ".join(map(str, RANDOM_RUNS))} runs each. TPE minimizes the price; its constraint
