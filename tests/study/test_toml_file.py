@@ -59,7 +59,7 @@ def test_decimals_keep_their_digits_if_asked(tmp_path):
     ("data", "line"),
     [
         ({"sed": 1}, "sed: unknown key; did you mean seed? allowed: "),
-        ({"scenario": {"pitch_cm": 3}}, "scenario.pitch_cm: unknown key; allowed: aligned_share, dt_s, "),
+        ({"scenario": {"pitch_cm": 3}}, "scenario.pitch_cm: unknown key; allowed: aligned_share, drive, dt_s, "),
         ({"mcl": {"odometry": {"noise_mm": 3.0}}}, "noise_mm: unknown key; did you mean noise_mm_per_s?"),
         ({"seed": 1.5}, "seed: found 1.5; input should be a valid integer"),
         ({"seed": True}, "seed: found True; input should be a valid integer"),

@@ -103,7 +103,7 @@ def test_a_folder_is_named_by_letters_and_digits(name, folder):
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        (entry(set="{ sed = 3 }"), "study.toml: variant 'a': sed: unknown key; allowed: aligned_share, "),
+        (entry(set="{ sed = 3 }"), "study.toml: variant 'a': sed: unknown key; allowed: across_mm, aligned_share, "),
         (entry(set='{ "world.delay" = 3 }'), "study.toml: variant 'a': world.delay: unknown key; allowed: "),
         (entry(set="{ world.delay = 3 }"), "study.toml: variant 'a': world.delay: unknown key; allowed: "),
         (
