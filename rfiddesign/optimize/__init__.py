@@ -1,28 +1,17 @@
 """Search for the cheapest design that holds, with a stated chance of error."""
 
 from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption, Weaker, weaker_designs
-from rfiddesign.optimize.certify import (
-    Boundaries,
-    Decision,
+from rfiddesign.optimize.certify import Boundaries, Decision, TestPlan, Verdict, boundaries, decide
+from rfiddesign.optimize.cheapest import cheapest_certified, next_best
+from rfiddesign.optimize.conclude import CLAIMS, Claim, SearchResult, conclude
+from rfiddesign.optimize.criteria import Criterion, MeanCriterion, ShareCriterion
+from rfiddesign.optimize.judge import Battery, battery, judge
+from rfiddesign.optimize.operating_characteristic import (
     OperatingCharacteristic,
-    TestPlan,
-    Verdict,
-    boundaries,
-    decide,
     error_probabilities,
     expected_runs,
     operating_characteristic,
 )
-from rfiddesign.optimize.cheapest import (
-    CLAIMS,
-    Claim,
-    SearchResult,
-    cheapest_certified,
-    conclude,
-    next_best,
-)
-from rfiddesign.optimize.criteria import Criterion, MeanCriterion, ShareCriterion
-from rfiddesign.optimize.judge import Battery, battery, judge
 from rfiddesign.optimize.screen import Screen, expected_reads, screen_by_reads
 from rfiddesign.optimize.space import Space, Unbuildable, unbuildable
 from rfiddesign.optimize.walk import Outcomes, Progress, SearchRules

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from rfiddesign.optimize.assume import Weaker
 from rfiddesign.optimize.certify import Decision, TestPlan
+from rfiddesign.optimize.conclude import UNTESTED
 from rfiddesign.optimize.judge import Battery, battery, judge
 
 LOOK_AHEAD = 64  # designs named to the workers ahead of their turn, the most urgent first
-UNTESTED = Decision("undecided", 0, 0)
 
 
 class Outcomes(Protocol):

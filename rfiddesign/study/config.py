@@ -4,11 +4,10 @@ Lengths are mm, times s; any other unit is a suffix of the key.  `study.schema.j
 JSON Schema, for editors.
 """
 
-from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption
 from rfiddesign.study.estimator_config import AUTO, AUTO_ESTIMATORS, EstimatorChoice, EstimatorName
@@ -296,58 +295,6 @@ class StudyFile(EstimatorChoice):
             if self.explore is not None:
                 raise ValueError("regimes is for listed spaces, not for explore")
         return self
-
-
-def _exact(value: Any) -> Decimal:
-    if isinstance(value, bool) or not isinstance(value, int | Decimal):
-        raise ValueError(f"found {value!r:.60}, must be a number")
-    return Decimal(value)
-
-
-class PriceEntry(Section):
-    """A price and where it comes from."""
-
-    price: Annotated[Decimal, BeforeValidator(_exact), Field(ge=0, le=1e9, decimal_places=6)]
-    source: Annotated[str, Field(min_length=1, max_length=500)] = Field(description='a source, or "assumption"')
-
-
-class ControllerEntry(PriceEntry):
-    """A controller or multiplexer."""
-
-    channels: Annotated[int, Field(ge=1, le=10_000)]
-
-
-class PerRobot(Section):
-    """Prices counted per reader of each robot."""
-
-    reader: PriceEntry
-    cabling: PriceEntry
-    antenna: Annotated[dict[Name, PriceEntry], Field(min_length=1)]
-    controller: Annotated[list[ControllerEntry], Field(min_length=1, max_length=100)]
-
-
-class PerTag(Section):
-    """Prices counted per tag."""
-
-    tag: PriceEntry
-    laying: PriceEntry
-
-
-class PerSquareMetre(Section):
-    """Prices counted per m2 of tagged floor."""
-
-    covering: PriceEntry
-    survey: PriceEntry
-
-
-class PriceFile(Section):
-    """A price list."""
-
-    currency: Annotated[str, Field(pattern=r"^[A-Z]{3}$")]
-    per_robot: PerRobot
-    per_tag: PerTag
-    per_m2: PerSquareMetre
-    per_project: PriceEntry
 
 
 SCHEMA_PATH = Path(__file__).with_name("study.schema.json")

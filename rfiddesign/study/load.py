@@ -20,11 +20,12 @@ from rfiddesign.optimize import Space
 from rfiddesign.simulation.run import true_poses
 from rfiddesign.simulation.scenario import Scenario
 from rfiddesign.study.checked import checked as _checked
-from rfiddesign.study.config import FloorSection, PriceEntry, PriceFile, RequirementSection, StudyFile
+from rfiddesign.study.config import FloorSection, RequirementSection, StudyFile
 from rfiddesign.study.criteria import BASE, Criteria, further_limit
 from rfiddesign.study.estimators import estimators_of, world_of
 from rfiddesign.study.overrides import apply_overrides, resolved, with_values
 from rfiddesign.study.placements import placed_layout, placement_problem
+from rfiddesign.study.price_config import PriceEntry, PriceFile
 from rfiddesign.study.routes import drive_of, is_on_routes, route_patterns
 from rfiddesign.study.scenarios_config import CHANGEABLE, FurtherScenario
 from rfiddesign.study.toml_file import read_toml, validate

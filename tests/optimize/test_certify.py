@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.special import betainc, betaln
 
 from rfiddesign.optimize import certify
-from rfiddesign.optimize.certify import boundaries, decide, error_probabilities, expected_runs, operating_characteristic
+from rfiddesign.optimize.certify import boundaries, decide
+from rfiddesign.optimize.operating_characteristic import error_probabilities, expected_runs, operating_characteristic
 
 PROTOTYPE = certify.TestPlan(n_designs=3168)  # the space of the prototype study in findings 8
 REAL_PLANS = st.builds(

@@ -9,8 +9,10 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 
 from rfiddesign.optimize import cheapest, walk
-from rfiddesign.optimize.certify import TestPlan, operating_characteristic
-from rfiddesign.optimize.cheapest import CLAIMS, cheapest_certified, next_best
+from rfiddesign.optimize.certify import TestPlan
+from rfiddesign.optimize.cheapest import cheapest_certified, next_best
+from rfiddesign.optimize.conclude import CLAIMS
+from rfiddesign.optimize.operating_characteristic import operating_characteristic
 from rfiddesign.optimize.walk import SearchRules
 from tests.optimize.known_outcomes import Table, draw
 

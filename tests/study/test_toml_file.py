@@ -5,7 +5,8 @@ from decimal import Decimal
 import pytest
 
 from rfiddesign.errors import StudyError
-from rfiddesign.study.config import PriceFile, StudyFile
+from rfiddesign.study.config import StudyFile
+from rfiddesign.study.price_config import PriceFile
 from rfiddesign.study.toml_file import MAX_BYTES, read_toml, validate
 
 
