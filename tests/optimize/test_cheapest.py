@@ -48,8 +48,9 @@ def test_designs_below_p1_are_returned_at_most_at_alpha_certify():
     assert errors == pytest.approx(N_STUDIES * expected, abs=4 * np.sqrt(N_STUDIES * expected))
 
     unsplit = TestPlan(n_designs=n_designs, is_alpha_split=False)
-    errors = sum(result.winner is not None for result in studies(cost, landscape, unsplit))
-    assert errors > 5 * most_errors_allowed(unsplit.alpha_certify)
+    n_few = 500
+    errors = sum(result.winner is not None for result in studies(cost, landscape, unsplit, n_few))
+    assert errors > 5 * most_errors_allowed(unsplit.alpha_certify, n_few)
 
 
 @pytest.mark.slow
