@@ -124,7 +124,6 @@ NUMBERS = Variables(
 )  # fmt: skip
 
 
-@pytest.mark.skipif(importlib.util.find_spec("cmaes") is None, reason="needs the package cmaes")
 def test_cmaes_explores_numbers_and_replays():
     plan = replace(PLAN, sampler="cmaes")
     first = told(explore(NUMBERS, Fixed(), FormulaBench(), plan))
