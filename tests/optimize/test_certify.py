@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.special import betainc, betaln
+from scipy.special import betainc, betaln, logsumexp
 
 from rfiddesign.optimize import certify
-from rfiddesign.optimize.certify import boundaries, decide
+from rfiddesign.optimize.certify import boundaries, decide, refuting_mixture
 from rfiddesign.optimize.operating_characteristic import error_probabilities, expected_runs, operating_characteristic
 
 PROTOTYPE = certify.TestPlan(n_designs=3168)  # the space of the prototype study in findings 8
@@ -25,28 +25,52 @@ REAL_PLANS = st.builds(
 )
 
 
-def evidence_to_refute(p0, passes, n):
-    """E_refute by scipy's regularized incomplete beta function: the numpy twin of the recurrence in _crossings."""
-    a, b = passes + 1, n - passes + 1
-    return np.exp(np.log(betainc(a, b, p0)) + betaln(a, b) - a * np.log(p0) - (n - passes) * np.log1p(-p0))
+def evidence_to_refute(p0, p1, passes, n):
+    """E_refute from logarithms: the numpy twin of the products in _passes_refuted."""
+    q, weights = (np.array(part)[:, None] for part in refuting_mixture(p0, p1))
+    fails = n - passes
+    return np.exp(logsumexp(passes * np.log(q / p0) + fails * np.log((1 - q) / (1 - p0)), axis=0, b=weights))
 
 
-def exact_evidence_to_refute(p0: Fraction, passes: int, fails: int) -> Fraction:
+def evidence_to_certify(p1, passes, n):
+    """E_certify by scipy's regularized incomplete beta function: the numpy twin of the recurrence in _fails_certified."""
+    x, a, b = 1 - p1, n - passes + 1, passes + 1
+    return np.exp(np.log(betainc(a, b, x)) + betaln(a, b) - a * np.log(x) - passes * np.log(p1))
+
+
+def exact_evidence_to_refute(p0: Fraction, p1: Fraction, passes: int, fails: int) -> Fraction:
+    """The same in rational numbers."""
+    mixture = zip(*refuting_mixture(float(p0), float(p1)), strict=True)
+    ratios = ((Fraction(w), Fraction(q) / p0, (1 - Fraction(q)) / (1 - p0)) for q, w in mixture)
+    return sum(weight * by_pass**passes * by_fail**fails for weight, by_pass, by_fail in ratios)
+
+
+def exact_evidence_to_certify(p1: Fraction, passes: int, fails: int) -> Fraction:
     """The same in rational numbers: I_x(a, b) is the upper tail of a binomial distribution."""
-    n = passes + fails
-    tail = sum(comb(n + 1, k) * p0**k * (1 - p0) ** (n + 1 - k) for k in range(passes + 1, n + 2))
-    return tail / ((n + 1) * comb(n, passes) * p0 ** (passes + 1) * (1 - p0) ** fails)
+    n, x = passes + fails, 1 - p1
+    tail = sum(comb(n + 1, k) * x**k * p1 ** (n + 1 - k) for k in range(fails + 1, n + 2))
+    return tail / ((n + 1) * comb(n, fails) * x ** (fails + 1) * p1**passes)
 
 
 @pytest.mark.parametrize(
     ("pass_probability", "runs"),
-    # findings 8 gives 2, 9, 38, 298, 765, 350, 137 for a cap the prototype did not state; the exact figure without cap
-    # at 0.95 is 761.1 (its 765 was simulated)
-    [(0.0, 2), (0.6, 9.4), (0.8, 38.2), (0.9, 299.1), (0.95, 761.1), (0.97, 348.7), (1.0, 137)],
+    # Where designs are refuted by a uniform mixture, as in findings 8, these are 2, 9, 38, 298, 765, 350, 137 by
+    # simulation; the last three, of designs that are certified, agree with ours.
+    [(0.0, 2), (0.6, 9.1), (0.8, 33.5), (0.9, 219.7), (0.95, 753.1), (0.97, 348.6), (1.0, 137)],
 )
-def test_expected_runs_agree_with_the_prototype(pass_probability, runs):
+def test_expected_runs_are_no_more_than_the_prototype_s(pass_probability, runs):
     plan = certify.TestPlan(n_designs=3168, max_runs=4000)
     assert expected_runs(plan, pass_probability) == pytest.approx(runs, abs=0.06)
+
+
+@settings(max_examples=60, deadline=None)
+@given(plan=REAL_PLANS)
+def test_refutation_bets_on_designs_that_fall(plan):
+    """Which makes it evidence: each bet loses in the mean where p >= p0, and all of the stake is laid."""
+    alternatives, weights = refuting_mixture(plan.hold_probability, plan.fail_probability)
+    assert 0 < min(alternatives)
+    assert max(alternatives) < plan.hold_probability
+    assert sum(weights) == pytest.approx(1.0, abs=1e-12)
 
 
 def test_hopeless_design_falls_after_two_runs_and_perfect_one_is_certified_after_137():
@@ -55,16 +79,15 @@ def test_hopeless_design_falls_after_two_runs_and_perfect_one_is_certified_after
     assert decide(table, np.ones(500, bool)) == certify.Decision("certified", 137, 137)
 
 
-def test_tables_agree_with_the_incomplete_beta_function():
+def test_tables_agree_with_evidence_computed_otherwise():
     table = boundaries(PROTOTYPE)
     n = np.arange(1, 1001)
     low, high = table.refute_at[1:], table.certify_at[1:]
     can_refute, can_certify = low >= 0, high <= n
-    assert np.all(evidence_to_refute(0.95, low, n)[can_refute] >= 40)
-    assert np.all(evidence_to_refute(0.95, low + 1, n) < 40 * (1 + 2e-6))
-    # certifying is refuting mirrored: fails and passes swapped, p0 replaced by 1 - p1
-    assert np.all(evidence_to_refute(1 - 0.9, n - high, n)[can_certify] >= 3168 / 0.025)
-    assert np.all(evidence_to_refute(1 - 0.9, n - high + 1, n) < 3168 / 0.025 * (1 + 2e-6))
+    assert np.all(evidence_to_refute(0.95, 0.9, low, n)[can_refute] >= 40)
+    assert np.all(evidence_to_refute(0.95, 0.9, low + 1, n) < 40 * (1 + 2e-6))
+    assert np.all(evidence_to_certify(0.9, high, n)[can_certify] >= 3168 / 0.025)
+    assert np.all(evidence_to_certify(0.9, high - 1, n) < 3168 / 0.025 * (1 + 2e-6))
 
 
 def test_tables_agree_with_rational_arithmetic():
@@ -72,10 +95,10 @@ def test_tables_agree_with_rational_arithmetic():
     p0, p1 = Fraction(19, 20), Fraction(9, 10)
     for n in (1, 2, 3, 10, 50, 87, 88, 89, 90, 150, 271, 400):
         low, high = int(table.refute_at[n]), int(table.certify_at[n])
-        assert low < 0 or exact_evidence_to_refute(p0, low, n - low) >= 40
-        assert exact_evidence_to_refute(p0, low + 1, n - low - 1) < 40
-        assert high > n or exact_evidence_to_refute(1 - p1, n - high, high) >= 800
-        assert exact_evidence_to_refute(1 - p1, n - high + 1, high - 1) < 800
+        assert low < 0 or exact_evidence_to_refute(p0, p1, low, n - low) >= 40
+        assert exact_evidence_to_refute(p0, p1, low + 1, n - low - 1) < 40
+        assert high > n or exact_evidence_to_certify(p1, high, n - high) >= 800
+        assert exact_evidence_to_certify(p1, high - 1, n - high + 1) < 800
 
 
 @settings(max_examples=60, deadline=None)
@@ -123,14 +146,14 @@ def test_operating_characteristic_agrees_with_simulated_designs(p):
     for verdict in ("certified", "refuted", "undecided"):
         share = np.mean([d.verdict == verdict for d in decisions])
         chance = getattr(exact, verdict)
-        assert share == pytest.approx(chance, abs=4 * np.sqrt(chance * (1 - chance) / 4000) + 1e-3)
+        assert share == pytest.approx(chance, abs=4 * np.sqrt(max(chance * (1 - chance), 0) / 4000) + 1e-3)
     assert exact.certified + exact.refuted + exact.undecided == pytest.approx(1, abs=1e-12)
 
 
 def test_wrong_verdicts_stay_below_their_alpha_however_long_one_looks():
     """Exact, at the worst p of each hypothesis, with the other boundary out of reach: nothing stops the process."""
     refuting_only = certify.TestPlan(n_designs=10**15, max_runs=5000)
-    assert 0.008 < error_probabilities(refuting_only)[0] <= 0.025
+    assert 0.015 < error_probabilities(refuting_only)[0] <= 0.025
     certifying_only = certify.TestPlan(n_designs=1, alpha_refute=1e-300, max_runs=5000)
     assert 0.015 < error_probabilities(certifying_only)[1] <= 0.025
 
@@ -162,7 +185,7 @@ def test_the_cap_costs_power_and_never_validity():
         assert np.all(np.diff([c.certified for c in by_cap]) >= 0)
         assert np.all(np.diff([c.refuted for c in by_cap]) >= 0)
     # with 3168 designs and the default cap of 1000 a design of exactly p0 ends undecided in about one study of five
-    assert characteristics[1][2].undecided == pytest.approx(0.194, abs=1e-3)
+    assert characteristics[1][2].undecided == pytest.approx(0.188, abs=1e-3)
 
 
 @pytest.mark.parametrize(
