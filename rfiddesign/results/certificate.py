@@ -57,10 +57,11 @@ class Certificate(Record):
     """The test as declared, the candidates, their prices and runs, and what follows.
 
     `hashes` are those of the parts that the study's hash is made of. A criterion is refuted or certified once the
-    evidence reaches its threshold; `strict_threshold` is the one of refutations that count others out.
+    evidence reaches its threshold; `strict_threshold` is the one of refutations that count others out. `files` has the
+    hash of each file beside the answers that is the same on every machine.
     """
 
-    format: Literal[1] = 1
+    format: Literal[2] = 2
     version: str
     study: str
     seed: int
@@ -74,4 +75,5 @@ class Certificate(Record):
     boundaries: list[BoundaryRecord]
     candidates: list[CandidateRecord]
     runs: list[RunsRecord]
+    files: dict[str, str]
     answers: list[CertifiedAnswer]

@@ -35,6 +35,9 @@ COMPARISON = "comparison.json"
 COMPARISON_CSV = "comparison.csv"
 FIGURES = "figures"
 
+#: What a study may write once beside its answers, the same on every machine.
+BESIDE_ANSWERS = (TRACES, PLAN, PLACEMENTS, REGIMES, ROUTES, EXPLORATION, PARETO)
+
 MAX_BYTES = 200_000_000
 
 Model = TypeVar("Model", bound=BaseModel)

@@ -4,6 +4,7 @@ import hashlib
 import struct
 from collections.abc import Sequence
 from dataclasses import astuple
+from pathlib import Path
 
 from pydantic import TypeAdapter
 
@@ -12,6 +13,7 @@ from rfiddesign.cost import PriceList
 from rfiddesign.metrics import RunMetrics
 from rfiddesign.optimize import Boundaries, TestPlan, battery
 from rfiddesign.results import certificate as records
+from rfiddesign.results import folder as files
 from rfiddesign.results.study_result import StudyResult
 from rfiddesign.study.document import Findings, decision_record
 from rfiddesign.study.pipeline import Answer, hash_parts, search_rules
@@ -19,8 +21,8 @@ from rfiddesign.study.pipeline import Answer, hash_parts, search_rules
 PRICES = TypeAdapter(PriceList)
 
 
-def certificate(findings: Findings, result: StudyResult) -> records.Certificate:
-    """The certificate of what a study found, whose result says the same in more words."""
+def certificate(findings: Findings, result: StudyResult, out: Path) -> records.Certificate:
+    """The certificate of what a study found and wrote in `out`, and whose result says the same in more words."""
     candidates, plan = findings.candidates, findings.plan
     weaker = search_rules(findings.study, candidates, plan).weaker
     n_longest = max((len(runs[0]) for runs in findings.runs.values()), default=0)
@@ -51,6 +53,7 @@ def certificate(findings: Findings, result: StudyResult) -> records.Certificate:
             records.RunsRecord(design=number, n_runs=len(runs[0]), sha256=runs_hash(runs))
             for number, runs in sorted(findings.runs.items())
         ],
+        files=file_hashes(out, [answer.n_robots for answer in findings.answers]),
         answers=[_answer(candidates.numbers, answer, result) for answer in findings.answers],
     )
 
@@ -66,6 +69,19 @@ def boundary_records(plan: TestPlan, n_runs: int) -> list[records.BoundaryRecord
         for i, test in enumerate(battery(plan).tests)
         if isinstance(test, Boundaries)
     ]
+
+
+def file_hashes(folder: Path, n_robots: Sequence[int]) -> dict[str, str]:
+    """Hash of each file that is there, by its path in the folder of a study with answers for these fleets."""
+    places = [files.answer_folder(folder, n, is_first=i == 0) for i, n in enumerate(n_robots)]
+    paths = [folder / name for name in files.BESIDE_ANSWERS]
+    paths += [place / name for place in places for name in (files.DESIGN, files.TAGS)]
+    found = {}
+    for path in paths:
+        if path.is_file():
+            with path.open("rb") as file:
+                found[path.relative_to(folder).as_posix()] = hashlib.file_digest(file, "sha256").hexdigest()
+    return found
 
 
 def runs_hash(runs: Sequence[Sequence[RunMetrics]]) -> str:

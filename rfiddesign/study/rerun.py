@@ -21,9 +21,9 @@ from rfiddesign.simulation.monte_carlo import Simulator
 from rfiddesign.study.candidates import Candidate
 from rfiddesign.study.estimators import estimators_of
 from rfiddesign.study.exploration import named_candidates
+from rfiddesign.study.held import read_held
 from rfiddesign.study.load import Study, floor_of, reader_of, scenarios_of, study_of
 from rfiddesign.study.pipeline import loosest, study_hash, test_plan
-from rfiddesign.study.verify import read_held
 
 # Added to the study's seed unless another is given: far from those that people try one after the other.
 FRESH_SEED = 0x5EED_F4E5_0000_0001

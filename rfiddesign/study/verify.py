@@ -1,30 +1,25 @@
 """Derive the answer of a finished study anew from what its folder holds: runs, prices, test; and name what differs.
 
 Nothing is believed that can be computed: tables follow from the test's parameters, verdicts from the stored runs,
-prices from the price list, and the claim from both. What is not looked at: whether the runs are what the program would
-simulate; `rfiddesign verify --rerun` tries the answer on fresh seeds, see :mod:`rfiddesign.study.rerun`.
+prices from the price list, and the claim from both. Files beside these (tags, plan, regimes, routes, placements,
+exploration) are held against their hashes in the certificate. What is not looked at: whether the runs are what the
+program would simulate; `rfiddesign verify --rerun` tries the answer on fresh seeds, see :mod:`rfiddesign.study.rerun`.
 """
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from rfiddesign.cost import Equipment, PriceList, Site, cost_of
-from rfiddesign.errors import StudyError
-from rfiddesign.metrics import RunMetrics
-from rfiddesign.optimize import Decision, TestPlan, battery, conclude, judge
+from rfiddesign.cost import Equipment, Site, cost_of
+from rfiddesign.optimize import Decision, battery, conclude, judge
 from rfiddesign.results import folder as files
-from rfiddesign.results.certificate import Certificate, CertifiedAnswer
+from rfiddesign.results.certificate import CertifiedAnswer
 from rfiddesign.results.spreadsheet import cost_csv
 from rfiddesign.results.study_result import AnswerRecord, ChosenDesign, DecisionRecord, StudyResult
-from rfiddesign.study.certificate import PRICES, boundary_records, runs_hash
-from rfiddesign.study.config import StudyFile
-from rfiddesign.study.criteria import Criteria
+from rfiddesign.study.certificate import boundary_records, file_hashes, runs_hash
 from rfiddesign.study.document import cost_line_records
-from rfiddesign.study.load import criteria_of
+from rfiddesign.study.held import Held, read_held
 from rfiddesign.study.pipeline import hash_of, joined_hash
-from rfiddesign.study.storage import RunTable
 
 
 @dataclass(frozen=True)
@@ -34,29 +29,6 @@ class Check:
     what: str
     n_looked_at: int
     faults: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Held:
-    """What a folder holds, read and checked to be what it should be."""
-
-    folder: Path
-    certificate: Certificate
-    result: StudyResult
-    file: StudyFile
-    prices: PriceList
-    criteria: Criteria
-    runs: dict[int, tuple[list[RunMetrics], ...]]
-    study_hash: str | None
-
-    @property
-    def plan(self) -> TestPlan:
-        """The test as the study file declares it."""
-        search = self.file.search
-        return TestPlan(
-            len(self.certificate.candidates), search.hold_probability, search.fail_probability, search.alpha_refute,
-            search.alpha_certify, search.max_runs, criteria=self.criteria.declared(),
-        )  # fmt: skip
 
 
 def verify(folder: Path) -> tuple[Check, ...]:
@@ -75,35 +47,9 @@ def verify(folder: Path) -> tuple[Check, ...]:
         ("prices follow from the price list", _look_at_prices),
         ("claims follow from verdicts and prices", _look_at_claims),
         ("chosen designs are those of the answers", _look_at_designs),
+        ("files beside the answers are those that were written", _look_at_files),
     )
     return tuple(Check(what, n, tuple(faults)) for what, look in looks for n, faults in (look(held),))
-
-
-def read_held(folder: Path) -> Held:
-    """Read the folder of a finished study; StudyError if a file is missing or not what it should be."""
-    certificate = files.read_record(folder / files.CERTIFICATE, Certificate)
-    result = files.read_record(folder / files.RESULT, StudyResult)
-    path = folder / files.STUDY
-    try:
-        resolved = json.loads(path.read_bytes())
-        file = StudyFile.model_validate_json(json.dumps(resolved["study"]))
-        held_hash = resolved["hash"]
-    except OSError as error:
-        raise StudyError(f"cannot be read: {error.strerror}", file=path) from None
-    except (ValueError, LookupError, TypeError, RecursionError):
-        raise StudyError("is not the resolved study of this version of the program", file=path) from None
-    try:
-        prices = PRICES.validate_json(json.dumps(certificate.prices))
-    except ValueError:
-        raise StudyError("is not a price list", file=folder / files.CERTIFICATE, key="prices") from None
-    criteria = criteria_of(file)
-    if not (folder / files.RUNS).is_file():
-        raise StudyError("is missing", file=folder / files.RUNS)
-    with RunTable(folder / files.RUNS) as table:
-        stored = table.runs()
-    numbers = {design for _, design in stored}
-    runs = {number: tuple(stored.get((i, number), []) for i in range(len(criteria.scenarios))) for number in numbers}
-    return Held(folder, certificate, result, file, prices, criteria, runs, held_hash)
 
 
 def _look_at_question(held: Held) -> tuple[int, list[str]]:
@@ -286,6 +232,20 @@ def _look_at_designs(held: Held) -> tuple[int, list[str]]:
         if (place / files.COST).exists() and (place / files.COST).read_text("utf-8") != cost_csv(said, estimator):
             faults.append(f"{(place / files.COST).relative_to(held.folder)}: is not what the answer costs")
     return n_looked_at, faults
+
+
+def _look_at_files(held: Held) -> tuple[int, list[str]]:
+    certified = held.certificate.files
+    found = file_hashes(held.folder, [answer.n_robots for answer in held.result.answers])
+    faults = []
+    for name in sorted(certified.keys() | found.keys()):
+        if name not in found:
+            faults.append(f"{name}: is missing")
+        elif name not in certified:
+            faults.append(f"{name}: was not there when the answers were certified")
+        elif found[name] != certified[name]:
+            faults.append(f"{name}: is not what was written: its hash differs")
+    return len(certified), faults
 
 
 def _said(result: StudyResult, answer: CertifiedAnswer) -> AnswerRecord | None:

@@ -33,7 +33,7 @@ def evidence_to_refute(p0, p1, passes, n):
 
 
 def evidence_to_certify(p1, passes, n):
-    """E_certify by scipy's regularized incomplete beta function: the numpy twin of the recurrence in _fails_certified."""
+    """E_certify by scipy's incomplete beta function: the numpy twin of the recurrence in _fails_certified."""
     x, a, b = 1 - p1, n - passes + 1, passes + 1
     return np.exp(np.log(betainc(a, b, x)) + betaln(a, b) - a * np.log(x) - passes * np.log(p1))
 
@@ -68,7 +68,7 @@ def test_expected_runs_are_no_more_than_the_prototype_s(pass_probability, runs):
 def test_refutation_bets_on_designs_that_fall(plan):
     """Which makes it evidence: each bet loses in the mean where p >= p0, and all of the stake is laid."""
     alternatives, weights = refuting_mixture(plan.hold_probability, plan.fail_probability)
-    assert 0 < min(alternatives)
+    assert min(alternatives) > 0
     assert max(alternatives) < plan.hold_probability
     assert sum(weights) == pytest.approx(1.0, abs=1e-12)
 

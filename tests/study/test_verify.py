@@ -65,6 +65,8 @@ def one_more(value):
         ("study.json", set_in("study", "requirement", "position_p95_mm", to=one_more), "study is not what was"),
         ("design.json", set_in("cost_cents", to=one_more), "design.json: cost_cents"),
         ("robots-40/design.json", set_in("n_tags", to=one_more), "not the certified design"),
+        ("traces.json", set_in("traces", 0, "run", to=one_more), "traces.json: is not what was written"),
+        ("certificate.json", set_in("files", to=lambda f: f | {"routes.json": ""}), "routes.json: is missing"),
     ],
 )  # fmt: skip
 def test_whatever_is_altered_is_told_by_name(folder, file, change, reason):
