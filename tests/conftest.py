@@ -11,6 +11,19 @@ from hypothesis import settings
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.load_profile("repeatable")
 
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let the second half begin with the estimators.
+
+    Of two workers one begins there and one at the command line, so that each compiles other kernels first and finds
+    those of the other on disk later.
+    """
+    half = len(items) // 2
+    estimators = [item for item in items if item.path.is_relative_to(Path(__file__).with_name("estimators"))]
+    others = [item for item in items if item not in set(estimators)]
+    items[:] = [*others[:half], *estimators, *others[half:]]
+
+
 TINY = Path(__file__).with_name("tiny-study")
 
 
@@ -40,6 +53,13 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("finished") / "out"
     run_study(load_study(TINY), out, 1, lambda stage: None)
     return out
+
+
+@pytest.fixture
+def without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages without their pictures, for tests of their words: drawing takes seconds."""
+    monkeypatch.setattr("rfiddesign.report.markup.svg_of", lambda figure, name: "<svg></svg>")
+    monkeypatch.setattr("rfiddesign.report.markup.write_figure", lambda folder, name, figure, svg: None)
 
 
 @pytest.fixture

@@ -159,6 +159,7 @@ def test_without_json_people_get_text_and_no_object(cli, tiny, command):
         json.loads(answer.out)
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_run_with_another_estimator_names_it_in_its_assumptions(cli, tiny, finished, tmp_path):
     out = tmp_path / "out"
     found = object_of(cli("run", tiny, "--out", out, "--workers", "2", "--json", "--set", "estimator=quantized_ekf"))

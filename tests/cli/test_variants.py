@@ -25,6 +25,7 @@ def several(tiny, edit):
     return tiny
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_run_compares_and_report_draws_the_comparison_again(cli, several, tmp_path):
     out = tmp_path / "out"
     answer = cli("run", several, "--out", out, "--workers", "2", "--json")

@@ -229,7 +229,7 @@ def test_100_000_particles_come_to_the_same(is_cross, learns_from_nothing):
         motion, 100_000, uses_rssi=True, learns_from_nothing=learns_from_nothing, softness_mm=1.0, reinitialize=False
     )
     both = (Histogram(motion, learns_from_nothing=learns_from_nothing), particles)
-    errors, estimates = compared(design, motion, both, 2, 8.0)
+    errors, estimates = compared(design, motion, both, 2, 5.0)
     assert 1 / 1.1 < errors[1] / errors[0] < 1.1
     apart = np.hypot(*(estimates[:, 0, :, :2] - estimates[:, 1, :, :2]).transpose(2, 0, 1))
     deviation = np.sqrt(estimates[:, 0, :, 3] + estimates[:, 0, :, 5])
@@ -243,7 +243,7 @@ def test_100_000_particles_come_to_the_same(is_cross, learns_from_nothing):
 def test_smaller_cells_change_little():
     motion = MecanumMotion()
     both = (Histogram(motion), Histogram(motion, n_cells=131, n_headings=61))
-    errors, estimates = compared(NAVIFLOOR, motion, both, 2, 6.0)
+    errors, estimates = compared(NAVIFLOOR, motion, both, 2, 4.0)
     assert errors[0] == pytest.approx(errors[1], rel=0.02)
     apart = np.hypot(*(estimates[:, 0, :, :2] - estimates[:, 1, :, :2]).transpose(2, 0, 1))
     deviation = np.sqrt(estimates[:, 1, :, 3] + estimates[:, 1, :, 5])
@@ -252,11 +252,11 @@ def test_smaller_cells_change_little():
 
 @pytest.mark.slow
 def test_20_000_particles_and_500_are_within_a_tenth_of_the_exact_filter_and_no_better():
-    """Measured: 1.003 and 1.014."""
+    """Measured: 1.002 and 1.010."""
     motion = OmnidirectionalMotion()
     settings = [Histogram(motion)]
     settings += [ParticleFilter(motion, n, softness_mm=1.0, reinitialize=False) for n in (20_000, 500)]
-    errors, _ = compared(CROSS, motion, settings, 5, 10.0)
+    errors, _ = compared(CROSS, motion, settings, 3, 8.0)
     assert (errors[1:] / errors[0] < 1.1).all()
     assert errors[2] / errors[0] > 0.98
 

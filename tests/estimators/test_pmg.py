@@ -269,8 +269,8 @@ FIELDS = [
 @pytest.mark.parametrize(
     "start", [KnownStart((0.0, 0.0, 0.0)), UnknownStart((-1e3, -1e3, 1e3, 1e3))], ids=["known", "unknown"]
 )
-def test_30_000_steps_of_nonsense_leave_all_numbers_finite(area, start):
-    rng, n = np.random.default_rng(4), 30_000
+def test_10_000_steps_of_nonsense_leave_all_numbers_finite(area, start):
+    rng, n = np.random.default_rng(4), 10_000
     layout = listed([(150.0, 0.0, 0.3), (-100.0, 200.0, 0.7), (0.0, -180.0, -2.2)])
     counts = rng.poisson(0.7, n)
     r = counts.sum()

@@ -14,7 +14,7 @@ ring = shapely.Point(20_000, 20_000).buffer(9_000, quad_segs=1000)
 plan = shapely.to_wkb(ring.difference(shapely.Point(20_000, 20_000).buffer(3_000, quad_segs=1000)))
 pattern = make_pattern("random", tags_per_m2=1.0)
 with ThreadPoolExecutor(8) as pool:
-    for _ in range(40):
+    for _ in range(10):
         floor = Floor("ring", shapely.from_wkb(plan), shapely.from_wkb(plan), "test")
         routes = pool.map(lambda i: random_route(floor, i, 3e3, is_aligned=True), range(16))
         n_tags = pool.map(lambda _: len(pattern.lay(floor.drivable)), range(8))

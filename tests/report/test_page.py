@@ -101,6 +101,7 @@ def test_every_figure_is_there_as_svg_and_png(folder):
         assert path.read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_single_fleet_is_not_compared(synthetic, tmp_path):
     synthetic.write_folder(tmp_path, robots=(20,))
     html = write_report(tmp_path).read_text(encoding="utf-8")

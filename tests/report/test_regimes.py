@@ -143,6 +143,7 @@ def test_claims_over_the_map_name_their_chances(regimes):
     assert "In all cells at once" not in " ".join(promised(useless))
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_the_page_shows_a_map_only_where_there_is_one(synthetic, regimes, tmp_path):
     synthetic.write_folder(tmp_path, (5,))
     assert extras(read_contents(tmp_path)) == ()

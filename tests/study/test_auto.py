@@ -95,6 +95,7 @@ def test_two_workers_find_what_one_finds_and_an_interrupted_study_goes_on(tiny, 
         assert (tmp_path / "out" / name).read_bytes() == (auto / name).read_bytes(), name
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_every_place_that_names_a_design_names_its_estimator(auto):
     result, page = result_of(auto), write_report(auto).read_text()
     assert [each.name for each in result.estimators] == list(LISTED)

@@ -37,6 +37,7 @@ def test_a_placement_is_a_layout_of_the_space_and_of_the_design_at_hand(placed):
     assert design_of(study).layout == layout
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_study_says_in_its_results_what_was_placed_and_what_that_promises(placed, tmp_path):
     out = tmp_path / "out"
     stages = []

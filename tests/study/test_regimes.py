@@ -125,6 +125,7 @@ def test_a_study_without_a_map_writes_none(finished):
     assert not (finished / "regimes.json").exists()
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_the_report_shows_the_map(mapped):
     write_report(mapped)
     page = (mapped / "report.html").read_text()

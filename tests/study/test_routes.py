@@ -149,6 +149,7 @@ def test_the_page_has_a_section_on_routes_with_a_plan(done):
     assert (done / "figures" / "routes-robots-1.svg").stat().st_size > 10_000
 
 
+@pytest.mark.usefixtures("without_pictures")
 def test_a_placed_design_is_bounded_and_checked(folder, tmp_path):
     """With tags to be placed alone, the answer has a placement whose numbers agree with each other."""
     changed(folder, '["square", "square-on-routes", "routes"]', '["routes"]')

@@ -228,7 +228,7 @@ def test_absurd_input_does_no_harm(name, tmp_path):
         assert_are_the_same(found, tracked(prepared, tags, recording, start))
 
 
-def absurd_recording(n_antennas: int, n_steps: int = 1000) -> Recording:
+def absurd_recording(n_antennas: int, n_steps: int = 500) -> Recording:
     """Steps and reads without sense."""
     rng = np.random.default_rng(1)
     odometry = rng.normal(0.0, [20.0, 20.0, 0.1], (n_steps, 3))
