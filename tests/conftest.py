@@ -58,7 +58,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def without_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages without their pictures, for tests of their words: drawing takes seconds."""
-    monkeypatch.setattr("rfiddesign.report.markup.svg_of", lambda figure, name: "<svg></svg>")
+    monkeypatch.setattr("rfiddesign.report.markup.svg_of", lambda figure, name: '<svg viewBox="0 0 1 1"></svg>')
     monkeypatch.setattr("rfiddesign.report.markup.write_figure", lambda folder, name, figure, svg: None)
 
 
