@@ -36,6 +36,8 @@ from rfiddesign.optimize.tag_placement.windows import Windows, checked_routes, p
 
 #: Windows of a part at most: 500 m of routes, and about 1 GB where eight small antennas see a tag.
 PART_WINDOWS = 12_000
+#: Places in a leaf of the tree of all places: it then takes half of their own memory, and looking up takes no longer.
+LEAF = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +77,15 @@ class _Floor:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The rows of one part, the tags that the search saved, whether it is proved, and the fewest tags of a row."""
+    """What is kept of a part: counts as in `Choice`, the tags that the search saved, and the fewest tags of a row.
 
-    cover: Cover
+    Its rows are not kept: those of one part take as much memory as all the rest.
+    """
+
+    n_rows: int
+    n_windows: int
+    n_unserved: int
+    unserved: NDArray[np.float64]
     n_saved: int
     is_proved: bool
     min_cover: int
@@ -107,13 +115,16 @@ def choose(
     places = tag_places(routes, half_width(sight), rules.along_mm, rules.across_mm, allowed)
     in_lines = line_tags(routes, sight, rules, allowed) if rules.is_in_lines else places[:0]
     places = np.concatenate([in_lines, places])
-    floor = _Floor(cKDTree(places), np.arange(len(places)) < len(in_lines), Proof(0, np.zeros(len(places), np.int64)))
+    floor = _Floor(
+        cKDTree(places, leafsize=LEAF),
+        np.arange(len(places)) < len(in_lines),
+        Proof(0, np.zeros(len(places), np.int64)),
+    )
     solved = []
     for part in parts(windows, PART_WINDOWS):
         rounds = round(rules.n_search_rounds * part.n_windows / windows.n_windows)
         solved.append(_solve(part, floor, sight, replace(rules, n_search_rounds=rounds), seed, is_bounded, on_progress))
     tags = np.concatenate([in_lines, places[len(in_lines) :][floor.is_laid[len(in_lines) :]]])
-    unserved = [part.cover.unserved for part in solved]
     return Choice(
         tags_mm=tags,
         n_in_lines=len(in_lines),
@@ -121,11 +132,11 @@ def choose(
         bound=floor.proof.bound if is_bounded else 0,
         is_proved=len(solved) == 1 and solved[0].is_proved and not len(in_lines),
         n_places=len(places) - len(in_lines),
-        n_rows=sum(part.cover.rows.shape[0] for part in solved),
-        n_windows=sum(part.cover.n_windows for part in solved),
-        n_unserved=sum(part.cover.n_unserved for part in solved),
-        unserved=np.concatenate([np.empty((0, 3)), *unserved]),
-        min_cover=min((part.min_cover for part in solved if part.cover.rows.shape[0]), default=0),
+        n_rows=sum(part.n_rows for part in solved),
+        n_windows=sum(part.n_windows for part in solved),
+        n_unserved=sum(part.n_unserved for part in solved),
+        unserved=np.concatenate([np.empty((0, 3)), *(part.unserved for part in solved)]),
+        min_cover=min((part.min_cover for part in solved if part.n_rows), default=0),
     )
 
 
@@ -161,7 +172,10 @@ def _solve(
         loads = floor.proof.loads[bounded.number] / WEIGHT_UNIT
         floor.proof.add(whole, row_weights(bounded, floor.places.data[bounded.number], loads, on_progress))
     counts = counts_of(whole, floor.is_laid[whole.number])
-    return _Part(whole, n_greedy - int(chosen.sum()), is_proved, int(counts.min(initial=rules.n_cover)))
+    return _Part(
+        whole.rows.shape[0], whole.n_windows, whole.n_unserved, whole.unserved,
+        n_greedy - int(chosen.sum()), is_proved, int(counts.min(initial=rules.n_cover)),
+    )  # fmt: skip
 
 
 def _is_apart(floor: _Floor, number: NDArray, distance: float) -> NDArray[np.bool_]:

@@ -12,6 +12,7 @@ from shapely.geometry.base import BaseGeometry
 
 from rfiddesign.optimize.tag_placement.windows import route_length
 
+LEGS_AT_ONCE = 1000
 MAX_PLACES = 40_000_000
 #: Of two places of different legs that are closer than this share of the finer grid step, one is left out.
 CLOSE_SHARE = 0.6
@@ -41,9 +42,16 @@ def tag_places(
     if expected > MAX_PLACES:
         raise ValueError(f"along_mm, across_mm = {along:g}, {across:g}: give more than {MAX_PLACES} places of tags")
     rows = across * np.arange(-n_rows, n_rows + 1)
-    grids = [_leg_grid(start, end, rows, along, half_width) for route in routes for start, end in pairwise(route)]
-    places = np.concatenate(grids)
-    is_own = np.concatenate([np.full(len(grid), number) for number, grid in enumerate(grids)])
+    legs = [leg for route in routes for leg in pairwise(route)]
+    sizes, blocks = [], []
+    # Block by block: the memory of millions of small arrays at once is not given back.
+    for at in range(0, len(legs), LEGS_AT_ONCE):
+        grids = [_leg_grid(start, end, rows, along, half_width) for start, end in legs[at : at + LEGS_AT_ONCE]]
+        sizes += [len(grid) for grid in grids]
+        blocks.append(np.concatenate(grids))
+    places = np.concatenate(blocks)
+    del blocks
+    is_own = np.repeat(np.arange(len(legs), dtype=np.int32), sizes)
     if allowed is not None:
         shapely.prepare(allowed)
         is_allowed = shapely.contains_xy(allowed, places)
