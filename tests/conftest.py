@@ -13,14 +13,20 @@ settings.load_profile("repeatable")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let the second half begin with the estimators.
+    """Let the second half begin with the estimators, and put off what runs whole studies.
 
-    Of two workers one begins there and one at the command line, so that each compiles other kernels first and finds
-    those of the other on disk later.
+    Of two workers one begins there and one at the floors, so that each compiles other kernels first and finds those of
+    the other on disk later.
     """
+    put_off = ("report", "cli", "reproduce", "simulation", "study")
+
+    def turn(item: pytest.Item) -> int:
+        folder = item.path.relative_to(Path(__file__).parent).parts[0]
+        return put_off.index(folder) if folder in put_off else -1
+
+    estimators = [item for item in items if "estimators" in item.path.parts]
+    others = sorted((item for item in items if "estimators" not in item.path.parts), key=turn)
     half = len(items) // 2
-    estimators = [item for item in items if item.path.is_relative_to(Path(__file__).with_name("estimators"))]
-    others = [item for item in items if item not in set(estimators)]
     items[:] = [*others[:half], *estimators, *others[half:]]
 
 

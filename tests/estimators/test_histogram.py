@@ -71,8 +71,8 @@ def test_without_reads_mean_and_covariance_are_those_of_the_noise_over_200_steps
     assert histogram.share_lost(state) < 1e-4
 
 
-def test_position_and_heading_are_correlated_as_in_200_000_drawn_drives():
-    motion, n, m = OmnidirectionalMotion(20.0, 30.0, 0.1), 150, 200_000
+def test_position_and_heading_are_correlated_as_in_100_000_drawn_drives():
+    motion, n, m = OmnidirectionalMotion(20.0, 30.0, 0.1), 150, 100_000
     increments = np.tile([8.0, 0.0, 0.004], (n, 1))
     estimates, _ = tracked(
         Histogram(motion), Robot(CENTRED, Disc(30.0)), KnownStart((0.0, 0.0, 0.3)), driven(increments)
@@ -281,8 +281,8 @@ def test_put_elsewhere_it_finds_itself_again():
 
 
 @pytest.mark.parametrize("is_adaptive", [True, False])
-def test_100_000_random_steps_leave_finite_numbers(is_adaptive):
-    rng, n = np.random.default_rng(4), 100_000
+def test_30_000_random_steps_leave_finite_numbers(is_adaptive):
+    rng, n = np.random.default_rng(4), 30_000
     odometry = rng.normal(size=(n, 3)) * [20.0, 20.0, 0.1]
     odometry[rng.integers(n, size=50)] *= 1e4
     counts = rng.integers(0, 4, n) * (rng.random(n) < 0.5)

@@ -194,7 +194,7 @@ def test_a_floor_without_room_and_a_grid_too_fine_are_refused():
         bundled_routes(floor, 30, HALF_WIDTH, NetworkRules(margin_mm=0.0))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(floors(), st.sampled_from([80.0, 100.0, 170.0]))
 def test_a_grid_links_only_where_the_floor_covers_the_way(floor, cell_mm):
     """Each link is held against shapely; each pair of neighbours that is not linked is not covered."""

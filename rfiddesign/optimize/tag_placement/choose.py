@@ -12,7 +12,6 @@ from rfiddesign import require
 from rfiddesign.geometry import DetectionArea, ReaderLayout
 from rfiddesign.optimize.tag_placement.bound import WEIGHT_UNIT, Proof, row_weights
 from rfiddesign.optimize.tag_placement.cover import (
-    Cover,
     Sight,
     cover_of,
     half_width,

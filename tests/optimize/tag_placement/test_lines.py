@@ -42,7 +42,7 @@ def test_lines_turn_with_their_leg():
 
 
 def test_bends_get_single_tags_besides_and_lines_cost_more():
-    routes = (np.array([[0.0, 0.0], [3000.0, 0.0], [3400.0, 300.0], [3400.0, 3000.0]]),)
+    routes = (np.array([[0.0, 0.0], [1500.0, 0.0], [1900.0, 300.0], [1900.0, 1800.0]]),)
     free = place_tags(routes, CROSS, AREA, PlacementRules(n_search_rounds=1000))
     placement = place_tags(routes, CROSS, AREA, RULES)
     assert 0 < placement.n_in_lines < placement.n_tags
