@@ -21,8 +21,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     put_off = ("report", "cli", "reproduce", "simulation", "study")
 
     def turn(item: pytest.Item) -> int:
-        folder = item.path.relative_to(Path(__file__).parent).parts[0]
-        return put_off.index(folder) if folder in put_off else -1
+        *folders, _ = item.path.relative_to(Path(__file__).parent).parts
+        if not folders:
+            return len(put_off)
+        return put_off.index(folders[0]) if folders[0] in put_off else -1
 
     estimators = [item for item in items if "estimators" in item.path.parts]
     others = sorted((item for item in items if "estimators" not in item.path.parts), key=turn)

@@ -27,7 +27,8 @@ from rfiddesign.simulation.scenario import Routes, Scenario, World
 
 GCC = shutil.which("gcc")
 needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc on this machine")
-STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wdouble-promotion", "-Werror", "-O2")
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wdouble-promotion", "-Werror", "-O1")
+AS_TOLD = "-O2"  # what the head of the file tells a user; compiling takes twice as long
 
 FLOOR = rectangle_floor(5000.0, 4000.0, 300.0)
 WORDS = Words("hall", "a hall", "a design", FLOOR.navigable_bounds)
@@ -175,7 +176,7 @@ def test_the_file_estimates_what_the_kernels_do_at_every_step(case, tmp_path):
     """Of drives with reads of each kind; compiled with all warnings as errors."""
     prepared, tags, recording, start = case.drive()
     assert recording.n_reads > 80
-    program = compiled(c_source(prepared.ready, tags, WORDS).text, tmp_path)
+    program = compiled(c_source(prepared.ready, tags, WORDS).text, tmp_path, AS_TOLD)
     found = replayed(program, words_of(start), log_of(recording))
     assert_are_the_same(found, tracked(prepared, tags, recording, start))
     # The comparison is of drives that the filter can follow, not of one lost robot with another.
