@@ -69,7 +69,7 @@ def weaker_designs(
     for i, (design, other) in enumerate(zip(designs, others, strict=True)):
         # Tags at listed places have no density that could be lowered.
         if not isinstance(design.pattern, ListedPattern):
-            key = (design.antenna.name, design.reader.name, design.pattern.name, other)
+            key = (design.antenna, design.reader.name, design.pattern.name, other)
             groups.setdefault(key, []).append(i)
     antennas = [_antennas(design) for design in designs]
     density = [design.pattern.tags_per_m2 for design in designs]

@@ -333,6 +333,7 @@ class ChosenDesign(Record):
     antennas: list[AntennaPose]
     antenna: str
     antenna_housing_mm: tuple[float, float]
+    antenna_height_mm: float | None = None
     antenna_source: str
     footprint_radius_mm: float
     pattern: str

@@ -145,6 +145,7 @@ def chosen_design(findings: Findings, answer: Answer) -> records.ChosenDesign:
         antennas=antenna_poses(design),
         antenna=design.antenna.name,
         antenna_housing_mm=design.antenna.housing_mm,
+        antenna_height_mm=None if design.antenna.sphere is None else design.antenna.sphere.antenna_height_mm,
         antenna_source=design.antenna.source,
         footprint_radius_mm=findings.study.file.robot.footprint_radius_mm,
         pattern=design.pattern.name,

@@ -41,6 +41,9 @@ class RangesSection(Section):
     first_mm: Numbers | None = Field(None, description="of a cross: distance of the first antennas from the centre")
     spacing_mm: Numbers | None = Field(None, description="of a cross or bar: distance between antennas")
     radius_mm: Numbers | None = Field(None, description="of a ring")
+    antenna_height_mm: Numbers | None = Field(
+        None, description="of the antennas above the floor, in place of the catalog's; all must have detection spheres"
+    )
     n_particles: Numbers | None = Field(None, description="of filters that have particles; default step: 50")
     speed_mm_per_s: Numbers | None = Field(
         None, description="the speed at which robots drive, in place of the scenario's; default step: 50"

@@ -5,6 +5,7 @@ from functools import cached_property
 
 from shapely.geometry import Polygon
 
+from rfiddesign.catalog import antenna
 from rfiddesign.cost import Site
 from rfiddesign.errors import StudyError
 from rfiddesign.estimators.registry import Settings
@@ -32,6 +33,7 @@ from rfiddesign.optimize.explore import (
 from rfiddesign.simulation.monte_carlo import Simulator
 from rfiddesign.simulation.scenario import Scenario
 from rfiddesign.study.candidates import Candidate
+from rfiddesign.study.checked import checked
 from rfiddesign.study.estimator_config import SECTIONS
 from rfiddesign.study.estimators import estimators_of
 from rfiddesign.study.explore_config import RangeSection
@@ -127,6 +129,7 @@ def check_explore(study: Study, floor: Floor) -> Variables:
         except ValueError as error:
             raise StudyError(str(error), file=study.path, key=RANGES) from None
         check_tag_count(study, proposal.design.pattern, floor, f"{RANGES}.tags_per_m2")
+    _check_heights(study, variables)
     for evaluator in study.file.explore.importance:
         try:
             check_evaluator(evaluator)
@@ -137,6 +140,14 @@ def check_explore(study: Study, floor: Floor) -> Variables:
     except ValueError as error:
         raise StudyError(str(error), file=study.path, key="explore.sampler") from None
     return variables
+
+
+def _check_heights(study: Study, variables: Variables) -> None:
+    """StudyError unless all antennas reach the floor from the lowest and the highest place, and so from between."""
+    heights = variables.by_name.get("antenna_height_mm")
+    for name in variables.by_name["antenna"].values if isinstance(heights, Range) else ():
+        for height in (heights.low, heights.high):
+            checked(study.path, f"{RANGES}.antenna_height_mm", lambda h=height, name=name: antenna(name).at_height(h))
 
 
 def _last(variable: Choice | Range) -> str | float:

@@ -31,6 +31,23 @@ def test_what_an_antenna_sees_of_the_floor(name, area_mm2):
     assert antenna(name).area.area_mm2 == pytest.approx(area_mm2, rel=1e-12)
 
 
+@pytest.mark.parametrize(("height_mm", "radius_mm"), [(20.0, 9.0), (8.0, 15.0), (17.0, 12.0)])
+def test_an_antenna_at_another_height_sees_what_the_floor_cuts_of_its_sphere(height_mm, radius_mm):
+    """Of a sphere of 15 mm whose centre is 8 mm below the antenna: eq. 5 of hf_multireader_mcl by hand."""
+    moved = antenna("30x30").at_height(height_mm)
+    assert moved.area == Disc(radius_mm)
+    assert (moved.name, moved.housing_mm) == ("30x30", (30.0, 30.0))
+    assert moved.sphere.antenna_height_mm == height_mm
+    assert moved.at_height(20.0) == antenna("30x30")
+
+
+def test_heights_from_which_nothing_is_seen_or_known_are_refused():
+    with pytest.raises(ValueError, match=r"antenna 30x30: height is 23, it sees tags from 0 to 23 mm, both left out"):
+        antenna("30x30").at_height(23.0)
+    with pytest.raises(ValueError, match=r"antenna 320x230: has no detection sphere"):
+        antenna("320x230").at_height(20.0)
+
+
 def test_every_antenna_has_its_housing_and_a_source():
     papers = ("hf_multireader_mcl", "rssi_kalman_navifloor", "markov_kalman_smart_floor")
     for name, found in antennas().items():

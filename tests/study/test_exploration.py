@@ -4,10 +4,12 @@ import json
 
 import pytest
 
+from rfiddesign.catalog import antenna
 from rfiddesign.errors import StudyError
+from rfiddesign.report.figures.robot import detection_area
 from rfiddesign.results.exploration import Exploration, Pareto
-from rfiddesign.results.study_result import StudyResult
-from rfiddesign.study import load_study, run_study
+from rfiddesign.results.study_result import ChosenDesign, StudyResult
+from rfiddesign.study import load_study, rerun, run_study, verify
 from rfiddesign.study.storage import RunTable
 
 EXPLORE = """
@@ -159,6 +161,19 @@ def test_a_minute_too_short_still_names_candidates_and_claims_no_more(exploring,
     assert {answer.claim for answer in result.answers} <= {"stopped by budget", "certified, stopped by budget"}
 
 
+def test_a_winner_is_certified_at_its_height_and_tried_again_there(exploring, tmp_path):
+    folder = exploring()
+    path = folder / "study.toml"
+    path.write_text(path.read_text().replace("radius_mm = 200.0", "radius_mm = 200.0\nantenna_height_mm = 18.0"))
+    result = run(folder, tmp_path / "out")
+    assert all(", antennas 18 mm high" in design.name for design in result.designs)
+    chosen = ChosenDesign.model_validate_json((tmp_path / "out" / "design.json").read_bytes())
+    assert chosen.antenna_height_mm == 18.0
+    assert detection_area(chosen) == antenna(chosen.antenna).at_height(18.0).area != antenna(chosen.antenna).area
+    assert not any(check.faults for check in verify(tmp_path / "out"))
+    assert next(found.name for found in rerun(tmp_path / "out", None, 1)) == chosen.name
+
+
 @pytest.mark.parametrize(
     ("old", "new", "key", "message"),
     [
@@ -169,6 +184,10 @@ def test_a_minute_too_short_still_names_candidates_and_claims_no_more(exploring,
         ("low = 40, high = 225", "low = 40, high = 9e5", "explore.ranges.tags_per_m2", "tags, at most 20,000,000"),
         ("n_trials = 16", 'n_trials = 16\nsampler = "cmaes"', "explore.sampler", "takes no lists of names"),
         ("n_trials = 16", 'n_trials = 16\nimportance = ["fanova"]', "explore.importance", "needs the package"),
+        (
+            "radius_mm = 200.0", "radius_mm = 200.0\nantenna_height_mm = { low = 20, high = 60 }",
+            "explore.ranges.antenna_height_mm", "antenna 60x60: height is 60, it sees tags from 0 to 54 mm",
+        ),
         ('pattern = ["square"]', 'pattern = ["square"]\nestimator = ["pmg"]', None, "explore.ranges.estimator needs"),
     ],
 )  # fmt: skip

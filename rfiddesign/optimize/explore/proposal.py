@@ -34,6 +34,7 @@ class Proposal:
     values : (name, value) of the variables it is made of.
     design : the design.
     estimator, n_particles, speed_mm_per_s : what is on the robots and how fast they drive; None: as the study has it.
+    antenna_height_mm : of the design's antennas; None: as the catalog has it.
     """
 
     values: tuple[tuple[str, Value], ...]
@@ -41,6 +42,7 @@ class Proposal:
     estimator: str | None = None
     n_particles: int | None = None
     speed_mm_per_s: float | None = None
+    antenna_height_mm: float | None = None
 
     @cached_property
     def key(self) -> int:
@@ -52,6 +54,8 @@ class Proposal:
     def name(self) -> str:
         """One line that names it, as "bar-8-55, 60x60, square, 25 tags/m2, pmg, 200 mm/s"."""
         parts = [self.design.name]
+        if self.antenna_height_mm is not None:
+            parts.append(f"antennas {self.antenna_height_mm:g} mm high")
         if self.estimator is not None:
             parts.append(self.estimator)
         if self.n_particles is not None:
@@ -70,8 +74,12 @@ def propose(values: tuple[tuple[str, Value], ...], fixed: Fixed) -> Proposal:
     """
     given = dict(values)
     pattern = make_pattern(given["pattern"], tags_per_m2=given["tags_per_m2"], seed=fixed.pattern_seed)
-    design = Design(_layout(given, fixed), antenna(given["antenna"]), pattern, fixed.reader)
-    return Proposal(values, design, given.get("estimator"), given.get("n_particles"), given.get("speed_mm_per_s"))
+    eye, height = antenna(given["antenna"]), given.get("antenna_height_mm")
+    if height is not None:
+        eye = eye.at_height(height)
+    design = Design(_layout(given, fixed), eye, pattern, fixed.reader)
+    others = (given.get(name) for name in ("estimator", "n_particles", "speed_mm_per_s", "antenna_height_mm"))
+    return Proposal(values, design, *others)
 
 
 def fault_of(proposal: Proposal, footprint: Polygon) -> str | None:

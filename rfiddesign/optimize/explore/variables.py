@@ -22,12 +22,12 @@ KIND_VARIABLES: dict[str, tuple[str, ...]] = {
     "single": (),
 }
 NEEDED = ("kind", "antenna", "pattern", "tags_per_m2")
-OPTIONAL = ("estimator", "n_particles", "speed_mm_per_s")
+OPTIONAL = ("antenna_height_mm", "estimator", "n_particles", "speed_mm_per_s")
 CHOICES = ("kind", "antenna", "pattern", "estimator")
 #: Estimators that have a number of particles; it is left out of proposals with others.
 WITH_PARTICLES = ("mcl", "particle_filter")
 COUNTS = ("readers_per_arm", "readers", "n_particles")
-MEASURES = ("tags_per_m2", "first_mm", "spacing_mm", "radius_mm", "speed_mm_per_s")
+MEASURES = ("tags_per_m2", "first_mm", "spacing_mm", "radius_mm", "antenna_height_mm", "speed_mm_per_s")
 _SUMMED = ("kind", "estimator")
 MAX_VALUES = 1_000_000_000
 # Digits that a step of a millionth of a unit leaves.

@@ -21,7 +21,10 @@ TAG = {"marker": "s", "color": VERMILLION, "linewidths": 0, "zorder": 4}
 def detection_area(chosen: ChosenDesign) -> DetectionArea:
     """What the design's antenna sees: as in the catalog, or what lies under its housing if it is not there."""
     known = antennas().get(chosen.antenna)
-    return known.area if known is not None else Rectangle(*chosen.antenna_housing_mm)
+    if known is None:
+        return Rectangle(*chosen.antenna_housing_mm)
+    is_mounted = chosen.antenna_height_mm is not None and known.sphere is not None
+    return known.at_height(chosen.antenna_height_mm).area if is_mounted else known.area
 
 
 def antenna_poses(chosen: ChosenDesign) -> NDArray[np.float64]:

@@ -81,6 +81,21 @@ def test_a_proposal_is_the_design_that_its_values_say():
     assert "stick" in fault_of(proposal, Point(0, 0).buffer(150.0)) or fault_of(proposal, Point(0, 0).buffer(150.0))
 
 
+def test_the_height_of_antennas_is_one_more_variable():
+    variables = Variables((*SMALL, Range("antenna_height_mm", 10.0, 30.0)))
+    assert variables.n_designs == 21 * Variables(SMALL).n_designs
+    drawn = {each.name: each.values[0] if isinstance(each, Choice) else each.low for each in SMALL}
+    low, high = (
+        propose(variables.made(drawn | {"antenna": "80x80", "antenna_height_mm": height}), Fixed())
+        for height in (10.2, 30.0)
+    )
+    assert ", antennas 10 mm high" in low.name
+    # A sphere of 40 mm whose centre is 32 mm below the antenna.
+    assert low.design.antenna.area.radius_mm == pytest.approx((40**2 - 22**2) ** 0.5)
+    assert high.design.antenna.area.radius_mm == pytest.approx((40**2 - 2**2) ** 0.5)
+    assert low.key != high.key
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
