@@ -29,8 +29,9 @@ timed: every machine gets this table.
   from 4 to 400 tags/m2; "crowded" has most of its densities where designs begin to hold, up to 225 tags/m2, and was
   searched by the certified search alone.
 - **The bar on runs**, 1 % of exhaustive, is met on "even" and missed by two fleets of three on "crowded", where more
-  designs below the answer come close to p0. Each of those takes hundreds of runs: 9 to 34 refute a design that passes 60 to 80 %, some 220 one
-  that passes 90 %. Real landscapes have the more of them the more a list crowds densities there.
+  designs below the answer come close to p0. Each of those takes hundreds of runs: 9 to 34 refute a design that passes
+  60 to 80 %, some 220 one that passes 90 %. Real landscapes have the more of them the more a list crowds densities
+  there.
 - **Right** is a returned design with p > p1 = 0.90 and no cheaper design with p >= p0 = 0.95: what the certified search
   claims. Such a design may have p below p0 (it then lies in the indifference zone and is cheaper than the cheapest that
   holds), hence the column "below p0"; only designs at or below p1 are sold wrongly. On "crowded, 5 robots" the cheapest
