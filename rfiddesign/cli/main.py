@@ -72,10 +72,7 @@ def run(
     except KeyboardInterrupt:
         print(f"interrupted; what was done is in {folder}: the same command goes on from there", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
-    if json:
-        _print_json(result.model_dump(mode="json") | {"report": str(page)})
-    else:
-        print("\n".join(lines))
+    _tell(json, result.model_dump(mode="json") | {"report": str(page)}, lines)
 
 
 @app.command
@@ -90,10 +87,7 @@ def check(study: Path, *, set_: Settings = None, json: Json = False):
     from rfiddesign.study import check_study, load_study
 
     summary = check_study(load_study(study, _settings(set_, None)))
-    if json:
-        _print_json(summary)
-    else:
-        print("\n".join(check_lines(summary)))
+    _tell(json, summary, check_lines(summary))
 
 
 @app.command
@@ -120,10 +114,7 @@ def evaluate(
     total = 2 * runs if gap else runs
     with CountDisplay(f"{total:,} runs", total) as display:
         summary = evaluate_study(loaded, runs, workers, display.show, with_gap=gap)
-    if json:
-        _print_json(summary)
-    else:
-        print("\n".join(evaluation_lines(summary)))
+    _tell(json, summary, evaluation_lines(summary))
 
 
 @app.command
@@ -138,10 +129,7 @@ def coverage(study: Path, *, set_: Settings = None, variant: VariantName = None,
     from rfiddesign.study import coverage_of_study, load_study, variant_of
 
     summary = coverage_of_study(variant_of(load_study(study, _settings(set_, None)), variant, "--variant"))
-    if json:
-        _print_json(summary)
-    else:
-        print("\n".join(coverage_lines(summary)))
+    _tell(json, summary, coverage_lines(summary))
 
 
 @app.command
@@ -166,10 +154,7 @@ def place_readers(
     if out is not None:
         save_placements(loaded.path, loaded.file, tuple(found), out)
         draw_placements(out)
-    if json:
-        _print_json(found)
-    else:
-        print("\n".join(placement_lines(found)))
+    _tell(json, found, placement_lines(found))
 
 
 @app.command
@@ -192,10 +177,7 @@ def sparsest_pattern(
 
     loaded = variant_of(load_study(study, _settings(set_, None)), variant, "--variant")
     found = sparsest_of_study(loaded, (distance_mm, speed_mm_per_s, read_time_s), step_mm)
-    if json:
-        _print_json(found)
-    else:
-        print("\n".join(sparse_lines(found)))
+    _tell(json, found, sparse_lines(found))
 
 
 @app.command
@@ -216,10 +198,7 @@ def export_estimator(
     from rfiddesign.study import load_study, variant_of
 
     summary = write_estimator(variant_of(load_study(study, _settings(set_, None)), variant, "--variant"), out)
-    if json:
-        _print_json(summary)
-    else:
-        print("\n".join(export_lines(summary)))
+    _tell(json, summary, export_lines(summary))
 
 
 @app.command
@@ -246,7 +225,7 @@ def verify(
     Parameters
     ----------
     folder : results of `rfiddesign run`; of a comparison: every variant in it.
-    rerun : simulate the chosen designs on fresh seeds, too, until the test decides.
+    rerun : if nothing differs simulate the chosen designs on fresh seeds, too, until the test decides.
     seed : seed of the fresh drives; default: one that follows from the study's.
     """
     from rfiddesign.cli.progress import CountDisplay
@@ -270,10 +249,7 @@ def verify(
         and all(one["verdict"] != "refuted" for one in found["reruns"])
         for found in summary.values()
     )
-    if json:
-        _print_json({"is_verified": is_good, "folders": summary})
-    else:
-        print("\n".join(verification_lines(summary, is_good=is_good)))
+    _tell(json, {"is_verified": is_good, "folders": summary}, verification_lines(summary, is_good=is_good))
     if not is_good:
         raise SystemExit(NOT_VERIFIED)
 
@@ -307,10 +283,7 @@ def reproduce(
         found = simulate_again(loaded, is_quick=quick, n_workers=workers, on_progress=display.show)
         display.say("writing rows and figures")
         write_reproduction(found, folder)
-    if json:
-        _print_json(found.as_json() | {"folder": str(folder)})
-    else:
-        print("\n".join(reproduction_lines(found, folder)))
+    _tell(json, found.as_json() | {"folder": str(folder)}, reproduction_lines(found, folder))
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -362,8 +335,9 @@ def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-def _print_json(value: Any) -> None:
-    print(json.dumps(value, indent=1, allow_nan=False))
+def _tell(is_json: bool, value: Any, lines: list[str]) -> None:
+    """Print what was found, as one JSON object or in words."""
+    print(json.dumps(value, indent=1, allow_nan=False) if is_json else "\n".join(lines))
 
 
 def _fail(message: str) -> None:

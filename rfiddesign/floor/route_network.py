@@ -14,7 +14,6 @@ from rfiddesign.floor.plan import Floor
 
 # Corners per quarter turn of the swath's rounded ends: it lacks at most 0.05 % of the robot's half width.
 _SWATH_SEGMENTS = 24
-_NONE = -9999
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """Search for the cheapest design that holds, with a stated chance of error."""
 
 from rfiddesign.optimize.assume import ASSUMPTIONS, Assumption, Weaker, weaker_designs
-from rfiddesign.optimize.certify import Boundaries, Decision, TestPlan, Verdict, boundaries, decide
+from rfiddesign.optimize.certify import Decision, TestPlan, Verdict, boundaries, decide
 from rfiddesign.optimize.cheapest import cheapest_certified, next_best
 from rfiddesign.optimize.conclude import CLAIMS, Claim, SearchResult, conclude
 from rfiddesign.optimize.criteria import Criterion, MeanCriterion, ShareCriterion
@@ -13,6 +13,7 @@ from rfiddesign.optimize.operating_characteristic import (
     operating_characteristic,
 )
 from rfiddesign.optimize.screen import Screen, expected_reads, screen_by_reads
+from rfiddesign.optimize.share_test import Boundaries
 from rfiddesign.optimize.space import Space, Unbuildable, unbuildable
 from rfiddesign.optimize.walk import Outcomes, Progress, SearchRules
 

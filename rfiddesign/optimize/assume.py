@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from rfiddesign.design import Design
-from rfiddesign.geometry import ListedPattern
+from rfiddesign.geometry import ListedPattern, PlacedPattern
 from rfiddesign.optimize.certify import TestPlan
 from rfiddesign.optimize.judge import Battery, battery
 
@@ -67,8 +67,8 @@ def weaker_designs(
             raise ValueError(f"assumption is {assumption!r}, must be one of {', '.join(ASSUMPTIONS)}")
     groups: dict[Hashable, list[int]] = {}
     for i, (design, other) in enumerate(zip(designs, others, strict=True)):
-        # Tags at listed places have no density that could be lowered.
-        if not isinstance(design.pattern, ListedPattern):
+        # Tags at places of their own, listed or chosen for a layout, have no density that could be lowered.
+        if not isinstance(design.pattern, ListedPattern | PlacedPattern):
             key = (design.antenna, design.reader.name, design.pattern.name, other)
             groups.setdefault(key, []).append(i)
     antennas = [_antennas(design) for design in designs]

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rfiddesign.optimize.betting import MeanTest
-from rfiddesign.optimize.certify import Boundaries, Decision, TestPlan, decide, first_crossing, share_boundaries
+from rfiddesign.optimize.certify import Decision, TestPlan, decide, first_crossing
 from rfiddesign.optimize.criteria import Criterion, ShareCriterion
+from rfiddesign.optimize.share_test import Boundaries, share_boundaries
 
 
 @dataclass(frozen=True, eq=False)

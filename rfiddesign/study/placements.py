@@ -13,13 +13,15 @@ from rfiddesign.optimize.reader_placement import Placement, PlacementLimits, Pla
 from rfiddesign.results.folder import PLACEMENTS, write_record
 from rfiddesign.results.placements import MotionRecord, PlacementRecord, Placements
 from rfiddesign.results.study_result import AntennaPose
+from rfiddesign.study.checked import checked
 from rfiddesign.study.config import StudyFile
 
 
 def placement_problem(path: Path, file: StudyFile, name: str) -> PlacementProblem:
     """What `[placements.NAME]` asks; StudyError if that cannot be."""
     section = file.placements[name]
-    try:
+
+    def built() -> PlacementProblem:
         pattern = make_pattern(
             section.pattern, tags_per_m2=section.tags_per_m2, pitch_mm=section.pitch_mm, seed=file.seed
         )
@@ -35,8 +37,8 @@ def placement_problem(path: Path, file: StudyFile, name: str) -> PlacementProble
             tuple(tuple(box) for box in section.keep_outs_mm),
             section.turn_deg,
         )
-    except ValueError as error:
-        raise StudyError(str(error), file=path, key=f"placements.{name}") from None
+
+    return checked(path, f"placements.{name}", built)
 
 
 def placement(path: Path, file: StudyFile, name: str) -> Placement:
@@ -44,10 +46,7 @@ def placement(path: Path, file: StudyFile, name: str) -> Placement:
     section = file.placements[name]
     limits = PlacementLimits(allowed_share=section.allowed_share)
     problem = placement_problem(path, file, name)
-    try:
-        found = _placed(problem, section.n_readers, limits)
-    except ValueError as error:
-        raise StudyError(str(error), file=path, key=f"placements.{name}") from None
+    found = checked(path, f"placements.{name}", lambda: _placed(problem, section.n_readers, limits))
     return replace(found, layout=replace(found.layout, name=name))
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import beta
+from scipy.stats import binomtest
 
 from rfiddesign.catalog import antenna
 from rfiddesign.design import Design
@@ -15,13 +15,13 @@ from rfiddesign.floor import Floor
 from rfiddesign.geometry import ListedPattern, listed
 from rfiddesign.optimize import Verdict, battery, judge
 from rfiddesign.results import folder as files
+from rfiddesign.results.certificate import Certificate
 from rfiddesign.results.exploration import Exploration
-from rfiddesign.results.study_result import ChosenDesign
+from rfiddesign.results.study_result import ChosenDesign, StudyResult
 from rfiddesign.simulation.monte_carlo import Simulator
 from rfiddesign.study.candidates import Candidate
 from rfiddesign.study.estimators import estimators_of
 from rfiddesign.study.exploration import named_candidates
-from rfiddesign.study.held import read_held
 from rfiddesign.study.load import Study, floor_of, reader_of, scenarios_of, study_of
 from rfiddesign.study.pipeline import loosest, study_hash, test_plan
 
@@ -68,29 +68,30 @@ def rerun(
     ------
     StudyError : if the folder or the study's files are missing or have changed.
     """
-    held = read_held(folder)
-    study = _study_again(folder, held.certificate.study_hash)
+    digest = files.read_record(folder / files.CERTIFICATE, Certificate).study_hash
+    result = files.read_record(folder / files.RESULT, StudyResult)
+    study = _study_again(folder, digest)
     fresh = (study.file.seed + FRESH_SEED) % (MAX_SEED + 1) if seed is None else seed
     if fresh == study.file.seed:
         raise StudyError(f"found {seed}, which is the seed of the study itself", file="--seed")
     plan, found, n_done = test_plan(study, 1), [], 0
+    tests = battery(plan)
     floor = floor_of(study)
     scenarios = scenarios_of(study, floor)
     with Simulator(scenarios[0], fresh, n_workers, loosest(study)) as simulator:
         explored = _explored(folder, study, floor, simulator)
-        for i, answer in enumerate(held.result.answers):
+        for i, answer in enumerate(result.answers):
             if answer.winner is None:
                 continue
             place = files.answer_folder(folder, answer.n_robots, is_first=i == 0)
             candidate = explored.get(answer.winner.design) or _candidate(study, place, scenarios)
-            verdict, n_runs, scores = "undecided", 0, np.empty(0, bool)
+            verdict, n_runs = "undecided", 0
             rows: list[list] = [[] for _ in scenarios]
             while verdict == "undecided" and n_runs < plan.max_runs:
                 ahead = range(n_runs, min(plan.max_runs, max(2 * n_runs, 32)))
                 for s, row in enumerate(rows):
                     row.extend(simulator.runs(candidate.job(run, s) for run in ahead))
-                scores = study.criteria.scores(rows)
-                decision = judge(battery(plan), scores)
+                decision = judge(tests, study.criteria.scores(rows))
                 verdict, n_runs = decision.verdict, len(rows[0])
                 on_run(n_done + n_runs)
             n_done += n_runs
@@ -135,7 +136,5 @@ def _candidate(study: Study, place: Path, scenarios: tuple) -> Candidate:
 
 def _interval(n_passed: int, n_runs: int) -> tuple[float, float]:
     """Clopper and Pearson's limits of a share."""
-    tail = (1 - CONFIDENCE) / 2
-    low = float(beta.ppf(tail, n_passed, n_runs - n_passed + 1)) if n_passed else 0.0
-    high = float(beta.ppf(1 - tail, n_passed + 1, n_runs - n_passed)) if n_passed < n_runs else 1.0
-    return low, high
+    limits = binomtest(n_passed, n_runs).proportion_ci(CONFIDENCE, method="exact")
+    return float(limits.low), float(limits.high)

@@ -10,9 +10,8 @@ from rfiddesign.optimize import CLAIMS
 from rfiddesign.optimize.tag_placement import TagPlacement, choose_tags, place_tags
 from rfiddesign.results import folder as files
 from rfiddesign.results import routes as records
-from rfiddesign.results.study_result import DecisionRecord
 from rfiddesign.study.candidates import Candidates
-from rfiddesign.study.document import rounded
+from rfiddesign.study.document import decision_record, rounded
 from rfiddesign.study.load import Study
 from rfiddesign.study.outcomes import StoredRuns
 from rfiddesign.study.pipeline import Answer, Fleet, price_design, search_fleet
@@ -188,12 +187,9 @@ def _cheapest(answer: Answer, candidates: Candidates, *, is_answer: bool) -> rec
     winner, name, n_tags, tagged_m2 = None, "", 0, 0.0
     if search.winner is not None:
         number = candidates.numbers[search.winner]
-        found, decision = candidates.by_number[number], search.decisions[search.winner]
+        found = candidates.by_number[number]
         name, n_tags, tagged_m2 = found.name, found.n_tags, found.tagged_m2
-        winner = DecisionRecord(
-            design=number, cost_cents=answer.costs[number].total_cents, verdict=decision.verdict,
-            n_runs=decision.n_runs, n_passed=decision.n_passed,
-        )  # fmt: skip
+        winner = decision_record(answer, number, search.decisions[search.winner])
     return records.CheapestRecord(
         n_robots=answer.n_robots,
         is_whole_floor=is_whole,

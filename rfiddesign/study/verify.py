@@ -2,16 +2,17 @@
 
 Nothing is believed that can be computed: tables follow from the test's parameters, verdicts from the stored runs,
 prices from the price list, and the claim from both. Files beside these (tags, plan, regimes, routes, placements,
-exploration) are held against their hashes in the certificate. What is not looked at: whether the runs are what the
-program would simulate; `rfiddesign verify --rerun` tries the answer on fresh seeds, see :mod:`rfiddesign.study.rerun`.
+exploration) are held against their hashes in the certificate. What is not looked at: which designs an assumption
+counts as weaker, and whether the runs are what the program would simulate; `rfiddesign verify --rerun` tries the answer
+on fresh seeds, see :mod:`rfiddesign.study.rerun`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rfiddesign.cost import Equipment, Site, cost_of
-from rfiddesign.optimize import Decision, battery, conclude, judge
+from rfiddesign.optimize import Decision, TestPlan, battery, conclude, judge
 from rfiddesign.results import folder as files
 from rfiddesign.results.certificate import CertifiedAnswer
 from rfiddesign.results.spreadsheet import cost_csv
@@ -88,6 +89,9 @@ def _look_at_tables(held: Held) -> tuple[int, list[str]]:
     for name in ("refute_threshold", "certify_threshold"):
         if getattr(certificate, name) != getattr(plan, name):
             faults.append(f"{files.CERTIFICATE}: {name} is {getattr(certificate, name)}, must be {getattr(plan, name)}")
+    strict = _strict_plan(held)
+    if certificate.strict_threshold != (None if strict is None else strict.refute_threshold):
+        faults.append(f"{files.CERTIFICATE}: strict_threshold is no whole multiple of refute_threshold")
     n_longest = max((record.n_runs for record in certificate.runs), default=0)
     expected = boundary_records(plan, n_longest)
     if len(expected) != len(certificate.boundaries):
@@ -96,7 +100,7 @@ def _look_at_tables(held: Held) -> tuple[int, list[str]]:
         for name in ("refute_at", "certify_at"):
             if getattr(said, name) != getattr(true, name):
                 faults.append(f"{files.CERTIFICATE}: boundaries.{said.criterion}.{name} does not follow from the test")
-    return 2 + 2 * len(expected), faults
+    return 3 + 2 * len(expected), faults
 
 
 def _look_at_runs(held: Held) -> tuple[int, list[str]]:
@@ -120,17 +124,23 @@ def _look_at_runs(held: Held) -> tuple[int, list[str]]:
 
 
 def _look_at_verdicts(held: Held) -> tuple[int, list[str]]:
-    faults, n_looked_at, tests = [], 0, battery(held.plan)
+    faults, n_looked_at, tests, strict = [], 0, battery(held.plan), _strict_plan(held)
+    stricter = tests if strict is None else battery(strict)
     for answer in held.certificate.answers:
         said = _said(held.result, answer)
         if said is not None and said.decisions != answer.decisions:
             faults.append(f"{files.RESULT}: decisions for {answer.n_robots} robots are not those of the certificate")
-        for decision in answer.decisions:
+        if said is not None and said.assumed != answer.assumed:
+            faults.append(f"{files.RESULT}: assumed for {answer.n_robots} robots are not those of the certificate")
+        if said is not None and [each.design for each in said.runners_up] != answer.runners_up:
+            faults.append(f"{files.RESULT}: runners_up for {answer.n_robots} robots are not those of the certificate")
+        judged = [*((tests, each) for each in answer.decisions), *((stricter, each) for each in answer.strictly)]
+        for judges, decision in judged:
             n_looked_at += 1
             rows = held.runs.get(decision.design, ())
             if min((len(row) for row in rows), default=0) < decision.n_runs:
                 continue  # said of the runs already
-            found = judge(tests, held.criteria.scores([row[: decision.n_runs] for row in rows]))
+            found = judge(judges, held.criteria.scores([row[: decision.n_runs] for row in rows]))
             if (found.verdict, found.n_runs, found.n_passed) != _verdict(decision):
                 faults.append(
                     f"{files.CERTIFICATE}: design {decision.design} is {_in_words(*_verdict(decision))}; its runs say"
@@ -232,6 +242,15 @@ def _look_at_designs(held: Held) -> tuple[int, list[str]]:
         if (place / files.COST).exists() and (place / files.COST).read_text("utf-8") != cost_csv(said, estimator):
             faults.append(f"{(place / files.COST).relative_to(held.folder)}: is not what the answer costs")
     return n_looked_at, faults
+
+
+def _strict_plan(held: Held) -> TestPlan | None:
+    """The test of refutations that count others out, its alpha a whole part of the declared one; None without any."""
+    threshold = held.certificate.strict_threshold
+    if threshold is None:
+        return None
+    n_above = max(round(threshold / held.plan.refute_threshold), 1)
+    return replace(held.plan, alpha_refute=held.plan.alpha_refute / n_above)
 
 
 def _look_at_files(held: Held) -> tuple[int, list[str]]:

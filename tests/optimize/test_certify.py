@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from scipy.special import betainc, betaln, logsumexp
 
 from rfiddesign.optimize import certify
-from rfiddesign.optimize.certify import boundaries, decide, refuting_mixture
+from rfiddesign.optimize.certify import boundaries, decide
 from rfiddesign.optimize.operating_characteristic import error_probabilities, expected_runs, operating_characteristic
+from rfiddesign.optimize.share_test import refuting_mixture
 
 PROTOTYPE = certify.TestPlan(n_designs=3168)  # the space of the prototype study in findings 8
 REAL_PLANS = st.builds(

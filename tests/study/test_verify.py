@@ -3,11 +3,14 @@
 import json
 import shutil
 import sqlite3
+from pathlib import Path
 
 import pytest
 
 from rfiddesign.errors import StudyError
 from rfiddesign.study import load_study, rerun, run_study, verify
+
+TINY = Path(__file__).parents[1] / "tiny-study"
 
 
 @pytest.fixture
@@ -138,6 +141,13 @@ ALL = (
 )  # fmt: skip
 
 
+@pytest.fixture(scope="module")
+def everything(tmp_path_factory):
+    out = tmp_path_factory.mktemp("everything") / "out"
+    run_study(load_study(TINY, ALL), out, 2, lambda stage: None)
+    return out
+
+
 def test_an_answer_to_everything_at_once_is_verified_and_the_same_with_other_workers(tiny, tmp_path):
     results = [run_study(load_study(tiny, ALL), tmp_path / str(n), n, lambda stage: None) for n in (1, 2)]
     assert results[0] == results[1]
@@ -145,8 +155,25 @@ def test_an_answer_to_everything_at_once_is_verified_and_the_same_with_other_wor
     assert faults(tmp_path / "1") == []
     assert any(answer.winner for answer in results[0].answers)
     assert all(design.scenarios.keys() == {"worn"} for design in results[0].designs)
+    certificate = json.loads((tmp_path / "1" / "certificate.json").read_text())
+    assert any(answer["strictly"] and answer["assumed"] for answer in certificate["answers"])
     refuted_by = {decision.refuted_by for answer in results[0].answers for decision in answer.decisions}
     assert len(refuted_by - {None}) >= 2
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda data: data["answers"][0]["strictly"][0].update(n_runs=2), "its runs say"),
+        (lambda data: data.update(strict_threshold=data["strict_threshold"] / 1.7), "strict_threshold is no whole"),
+        (lambda data: data["answers"][0]["assumed"].pop(), "assumed for 1 robots"),
+        (lambda data: data["answers"][0]["runners_up"].append(0), "runners_up for 1 robots"),
+    ],
+)  # fmt: skip
+def test_what_assumptions_rest_on_is_derived_anew(everything, tmp_path, change, reason):
+    folder = shutil.copytree(everything, tmp_path / "altered")
+    alter(folder / "certificate.json", change)
+    assert any(reason in fault for fault in faults(folder)), faults(folder)
 
 
 def test_a_budget_ends_early_and_more_of_it_goes_on(tiny, tmp_path):

@@ -41,5 +41,5 @@ def with_read_time(problem: PlacementProblem, speed_mm_per_s: float, read_time_s
     if not problem.distance_mm > way:
         raise ValueError(f"distance_mm = {problem.distance_mm:g}: must exceed the {way:.4g} mm driven during a read")
     corners = tuple(map(tuple, shapely.get_coordinates(seen)[:-1].tolist()))
-    antenna = replace(problem.antenna, area=PolygonArea(corners), rssi_radii_mm=())
+    antenna = replace(problem.antenna, area=PolygonArea(corners), rssi_radii_mm=(), sphere=None)
     return replace(problem, antenna=antenna, distance_mm=problem.distance_mm - way)

@@ -13,7 +13,6 @@ from rfiddesign.optimize.reader_placement.motion import sweeps
 from rfiddesign.optimize.reader_placement.problem import PlacementProblem
 from rfiddesign.optimize.reader_placement.read_time import with_read_time
 from rfiddesign.optimize.reader_placement.recheck import unserved_by
-from rfiddesign.units import MM2_PER_M2
 
 #: Shifts of a row against the one before, as shares of the pitch; their mirror images are as good or bad.
 STAGGERS = (0.0, 1 / 6, 1 / 4, 1 / 3, 5 / 12, 1 / 2)
@@ -135,8 +134,3 @@ def _serves(asked: PlacementProblem, layout: ReaderLayout) -> bool:
         return False
     found, unserved, undecided, _ = unserved_by(asked, sweep, mounts, 1, FINEST_MM)
     return not len(found) and not unserved and not undecided
-
-
-def tags_per_m2(pattern: SparsePattern) -> float:
-    """Density of a pattern; nan if there is none."""
-    return MM2_PER_M2 / (pattern.pitch_mm * pattern.row_spacing_mm) if pattern.pattern else float("nan")

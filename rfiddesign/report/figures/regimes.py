@@ -62,7 +62,7 @@ def robots_share_figure(regimes: Regimes) -> Figure:
     def share(cell: RegimeCell) -> float:
         return cell.robots_cents / max(cell.cost_cents, 1)
 
-    return _shaded(regimes, share, lambda cell: f"{100 * share(cell):.0f}", (0.0, 1.0))
+    return _shaded(regimes, share, lambda cell: f"{100 * share(cell):.0f}")
 
 
 @styled
@@ -78,7 +78,7 @@ def price_per_m2_figure(regimes: Regimes) -> Figure:
     def shade(cell: RegimeCell) -> float:
         return (np.log(max(amount(cell), 1e-9)) - low) / max(high - low, 1e-9)
 
-    return _shaded(regimes, shade, lambda cell: short_money(amount(cell)), (0.0, 1.0))
+    return _shaded(regimes, shade, lambda cell: short_money(amount(cell)))
 
 
 def family_names(regimes: Regimes) -> list[str]:
@@ -152,9 +152,8 @@ def _shaded(
     regimes: Regimes,
     shade: Callable[[RegimeCell], float],
     words: Callable[[RegimeCell], str],
-    bounds: tuple[float, float],
 ) -> Figure:
-    """Cells shaded by a number between bounds, with words on each."""
+    """Cells shaded by a number from 0 to 1, with words on each."""
     figure = new_figure(0.3 * len(regimes.fleets) + 0.75)
     axes = figure.subplots()
     shades = colormaps["cividis"]
@@ -163,7 +162,7 @@ def _shaded(
         if cell.winner is None:
             axes.add_patch(Rectangle(*place, facecolor="white", edgecolor=GREY, linewidth=0.4, hatch="////"))
             continue
-        level = (shade(cell) - bounds[0]) / (bounds[1] - bounds[0])
+        level = shade(cell)
         axes.add_patch(Rectangle(*place, facecolor=shades(level), edgecolor="white", linewidth=0.6))
         colour = "white" if level < DARK_BELOW else "black"
         axes.text(cell.area_m2, cell.n_robots, words(cell), ha="center", va="center", fontsize=7.5, color=colour)

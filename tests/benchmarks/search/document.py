@@ -39,7 +39,7 @@ timed: every machine gets this table.
   (alpha_refute), and of 200 seeds it did in 7.
 - **What was looked at first.** "crowded" was drawn up and counted first; it missed the bar on runs, and "even", on
   which all searches are compared, was drawn up after that. With refutations that bet uniformly below p0 "even" took
-  1.07, 1.08 and 0.69 %; the grid of shortfalls on which they bet now (`rfiddesign/optimize/certify.py`) was chosen
+  1.07, 1.08 and 0.69 %; the grid of shortfalls on which they bet now (`rfiddesign/optimize/share_test.py`) was chosen
   among sixteen that were tried on the first 20 seeds of both lists. It takes no more runs than before at any p,
   whatever the list. The bar on right answers, 97 %, is held by the mean over the fleets of each list; what the
   certificate promises is 95 %.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.benchmarks.search.contenders import N_FIXED, certified
+from tests.benchmarks.search.contenders import N_FIXED, RANDOM_RUNS, certified
 from tests.benchmarks.search.landscape import FLEETS, LISTS, landscapes
 from tests.benchmarks.search.scores import CERTIFIED, EXHAUSTIVE, N_SEEDS, RANDOM, TPE, score, scores
 
@@ -50,7 +50,7 @@ def test_certified_search_is_right_more_often_than_others_with_as_many_runs(comp
     assert ours.n_seeds == N_SEEDS
     for other in (TPE, RANDOM):
         # Equal budgets: never more runs than ours, and less by no more than a design's worth.
-        assert 0.9 * ours.median_runs <= found[other].median_runs <= ours.median_runs
+        assert ours.median_runs - max(RANDOM_RUNS) < found[other].median_runs <= ours.median_runs
         assert ours.right >= found[other].right + 0.2
 
 

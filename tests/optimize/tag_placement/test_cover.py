@@ -102,7 +102,8 @@ def test_windows_that_no_place_serves_are_counted_before_those_alike_are_made_on
     beyond = windows.begins[windows.begins > 1500 + 20]
     # A window that begins farther than an antenna reaches beyond the last allowed place sees none.
     assert set(beyond.round(3)) <= set(begins.round(3))
-    assert cover.n_unserved == sum(18 for begin in beyond) + (cover.n_unserved - 18 * len(beyond))
+    # Those that begin within an antenna's reach of the last place are unserved in some deviations alone.
+    assert 18 * len(beyond) <= cover.n_unserved <= 18 * np.count_nonzero(windows.begins >= 1500 - 20)
     assert begins.min() > 1450
     assert cover.rows.shape[0] < cover.n_windows - cover.n_unserved
 
