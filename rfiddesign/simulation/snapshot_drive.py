@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rfiddesign import require
-from rfiddesign.floor import random_route
+from rfiddesign.floor.errands import errands
 from rfiddesign.floor.scene import Scene
 from rfiddesign.models.detection_field import DetectionField
 from rfiddesign.models.motion import DifferentialMotion, MecanumMotion, OdometryFaults
@@ -34,6 +34,8 @@ _STREAM_MANNER, _STREAM_ROUTE, _STREAM_INQUIRY, _STREAM_REFERENCE, _STREAM_COUNT
 class DriveSettings:
     """How a robot drives while it takes snapshots, and what it carries.
 
+    It drives from place to place all over the floor, each time the shortest way, and turns in place at corners.
+
     The defaults fit the drives of uhf_snapshots, of 89 to 188 m in at least five minutes.
 
     Parameters
@@ -41,7 +43,6 @@ class DriveSettings:
     duration_s : length of a drive; inquiries that end later are left out [s].
     least_speed_mm_per_s, most_speed_mm_per_s : a drive's speed is drawn from between them.
     turn_rate_rad_per_s : speed of the turns in place at corners.
-    least_leg_mm, most_leg_mm : lengths of straight legs, room permitting.
     motion, faults : the true noise of the odometry, and what is systematically wrong with it.
     reference_mm, reference_rad : standard deviation of the reference poses, per axis and of the heading; drawn afresh
         for every inquiry.
@@ -49,11 +50,9 @@ class DriveSettings:
     """
 
     duration_s: float = 300.0
-    least_speed_mm_per_s: float = 450.0
-    most_speed_mm_per_s: float = 800.0
+    least_speed_mm_per_s: float = 380.0
+    most_speed_mm_per_s: float = 640.0
     turn_rate_rad_per_s: float = 1.2
-    least_leg_mm: float = 1_000.0
-    most_leg_mm: float = 8_000.0
     motion: DifferentialMotion | MecanumMotion = field(default_factory=DifferentialMotion)
     faults: OdometryFaults = field(default_factory=OdometryFaults)
     reference_mm: float = 30.0
@@ -65,8 +64,6 @@ class DriveSettings:
         require.within("least_speed_mm_per_s", self.least_speed_mm_per_s, low=1.0, high=10_000.0)
         require.within("most_speed_mm_per_s", self.most_speed_mm_per_s, low=self.least_speed_mm_per_s, high=10_000.0)
         require.within("turn_rate_rad_per_s", self.turn_rate_rad_per_s, low=1e-3, high=100.0)
-        require.within("least_leg_mm", self.least_leg_mm, low=1.0, high=1e6)
-        require.within("most_leg_mm", self.most_leg_mm, low=self.least_leg_mm, high=1e6)
         require.within("reference_mm", self.reference_mm, low=0.0, high=1_000.0)
         require.within("reference_rad", self.reference_rad, low=0.0, high=1.0)
         if not self.mountings:
@@ -143,10 +140,8 @@ def drive_poses(scene: Scene, settings: DriveSettings, key: np.uint64) -> NDArra
     fill_fine_uniform(np.uint64(step_key(key, _STREAM_MANNER, 0)), draw)
     slow, fast = settings.least_speed_mm_per_s, settings.most_speed_mm_per_s
     speed = slow + draw[0] * (fast - slow)
-    waypoints = random_route(
-        scene.floor, np.uint64(step_key(key, _STREAM_ROUTE, 0)), route_length_mm(speed, settings.duration_s),
-        is_aligned=False, min_leg_mm=settings.least_leg_mm, max_leg_mm=settings.most_leg_mm,
-    )  # fmt: skip
+    length_mm = route_length_mm(speed, settings.duration_s)
+    waypoints = errands(scene.floor, np.uint64(step_key(key, _STREAM_ROUTE, 0)), length_mm)
     n_steps = math.ceil(settings.duration_s / FINE_S)
     return drive(waypoints, speed, None, settings.turn_rate_rad_per_s, FINE_S, n_steps)
 

@@ -202,3 +202,11 @@ def test_bad_drives_are_refused_by_name():
         DriveSettings(mountings=())
     with pytest.raises(ValueError, match="day"):
         drive_key(1, -1, 0)
+
+
+def test_drives_read_the_374_tags_that_the_paper_knew():
+    world = UhfWorld(LAB, seed=2, day=1)
+    logs = [record_snapshots(world, LAB, DRIVE, 2, seed=2, day=1, number=number) for number in range(10)]
+    known = np.unique(np.concatenate([snapshots.tag for log in logs for snapshots in log.antennas]))
+    assert len(known) == 374
+    assert not LAB.is_buried()[known].any()
