@@ -86,7 +86,9 @@ class Snapshots:
         ValueError : if that is more than 1 GB.
         """
         if len(self) * self.n_tags > MAX_DENSE:
-            raise ValueError(f"{len(self):,} snapshots of {self.n_tags:,} tags: a dense table would have more than 1 GB")
+            raise ValueError(
+                f"{len(self):,} snapshots of {self.n_tags:,} tags: a dense table would have more than 1 GB"
+            )
         counts = np.zeros((len(self), self.n_tags), np.int16)
         counts[np.repeat(np.arange(len(self)), np.diff(self.start)), self.tag] = self.count
         return counts
