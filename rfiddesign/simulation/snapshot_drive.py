@@ -11,7 +11,7 @@ from rfiddesign import require
 from rfiddesign.floor.errands import errands
 from rfiddesign.floor.scene import Scene
 from rfiddesign.models.detection_field import DetectionField
-from rfiddesign.models.motion import DifferentialMotion, MecanumMotion, OdometryFaults
+from rfiddesign.models.motion import DifferentialMotion, Motion, OdometryFaults
 from rfiddesign.models.snapshots import MAX_CYCLES, SnapshotLog, Snapshots
 from rfiddesign.models.uhf import PAIRS_OF_B21
 from rfiddesign.numerics._noise_kernels import fill_fine_uniform, fill_normal, run_key, step_key
@@ -21,7 +21,7 @@ from rfiddesign.simulation.trajectory import drive, route_length_mm
 
 # uhf_snapshots, table I: cycles, mean duration of an inquiry and its standard deviation [s].
 _INQUIRIES = ((2, 0.77, 0.02), (4, 1.46, 0.02), (6, 1.99, 0.03), (8, 2.66, 0.05))
-#: Poses of a drive are interpolated between those at multiples of this [s].
+#: Time between the poses of an errand drive, and between reports of its odometry [s].
 FINE_S = 0.02
 MAX_DURATION_S = 7_200.0
 # Read probabilities that are held at a time: 32 MB.
@@ -53,7 +53,7 @@ class DriveSettings:
     least_speed_mm_per_s: float = 380.0
     most_speed_mm_per_s: float = 640.0
     turn_rate_rad_per_s: float = 1.2
-    motion: DifferentialMotion | MecanumMotion = field(default_factory=DifferentialMotion)
+    motion: Motion = field(default_factory=DifferentialMotion)
     faults: OdometryFaults = field(default_factory=OdometryFaults)
     reference_mm: float = 30.0
     reference_rad: float = 0.02
@@ -90,10 +90,7 @@ def inquiry_duration_s(n_cycles: int) -> tuple[float, float]:
 def record_snapshots(
     field: DetectionField, scene: Scene, settings: DriveSettings, n_cycles: int, *, seed: int, day: int, number: int
 ) -> SnapshotLog:
-    """Drive through a scene and record snapshots.
-
-    Inquiries follow each other without pause. In each, the antennas take turns: cycle 1 of every antenna, cycle 2 of
-    every antenna and so on, evenly over the inquiry's duration, while the robot drives on.
+    """Drive through a scene on errands and record snapshots, see `record_along`.
 
     Parameters
     ----------
@@ -110,20 +107,44 @@ def record_snapshots(
     if field.n_tags != scene.n_tags:
         raise ValueError(f"field is of {field.n_tags} tags, must be of the scene's {scene.n_tags}")
     key = drive_key(seed, day, number)
-    poses = drive_poses(scene, settings, key)
-    edges = _inquiries(settings.duration_s, n_cycles, key)
+    return record_along(field, drive_poses(scene, settings, key), FINE_S, settings, n_cycles, key)
+
+
+def record_along(
+    field: DetectionField, poses: NDArray[np.float64], dt_s: float, settings: DriveSettings, n_cycles: int,
+    key: np.uint64,
+) -> SnapshotLog:  # fmt: skip
+    """Record snapshots on a drive along given poses.
+
+    Inquiries follow each other without pause. In each, the antennas take turns: cycle 1 of every antenna, cycle 2 of
+    every antenna and so on, evenly over the inquiry's duration, while the robot drives on. The odometry reports at
+    every pose; what it says between two stamps is added up.
+
+    Parameters
+    ----------
+    field : what the antennas read by.
+    poses : (n, 3) of the robot at 0, `dt_s`, 2 `dt_s`, ..., headings unwrapped; it drives straight between them.
+    settings : odometry, reference and antennas; how long and how fast is in the poses.
+    n_cycles : cycles of each antenna per inquiry.
+    key : of all draws.
+
+    Raises
+    ------
+    ValueError : if not one inquiry fits into the drive.
+    """
+    edges = _inquiries((len(poses) - 1) * dt_s, n_cycles, key)
     n_antennas = len(settings.mountings)
     # Times of the cycles (n, n_cycles, n_antennas): in the middle of their slots.
     slot = (np.arange(n_cycles * n_antennas).reshape(n_cycles, n_antennas) + 0.5) / (n_cycles * n_antennas)
     times = edges[:-1, None, None] + np.diff(edges)[:, None, None] * slot
     stamps = 0.5 * (edges[:-1] + edges[1:])
-    true_poses = _poses_at(poses, stamps)
+    true_poses = _poses_at(poses, dt_s, stamps)
     reference = _reference_poses(true_poses, settings, key)
     antennas = tuple(
-        _snapshots(field, poses, times[:, :, a], _mounted(reference, mounting), mounting, key, a)
+        _snapshots(field, _poses_at(poses, dt_s, times[:, :, a].ravel()), reference, mounting, n_cycles, (key, a))
         for a, mounting in enumerate(settings.mountings)
     )
-    return SnapshotLog(stamps, true_poses, reference, _odometry(poses, stamps, settings, key), antennas)
+    return SnapshotLog(stamps, true_poses, reference, _odometry(poses, dt_s, stamps, settings, key), antennas)
 
 
 def drive_key(seed: int, day: int, number: int) -> np.uint64:
@@ -164,10 +185,10 @@ def _inquiries(duration_s: float, n_cycles: int, key: np.uint64) -> NDArray[np.f
     return edges
 
 
-def _poses_at(poses: NDArray, times: NDArray) -> NDArray[np.float64]:
+def _poses_at(poses: NDArray, dt_s: float, times: NDArray) -> NDArray[np.float64]:
     """Poses (n, 3) of a drive at some times (n,), between those it has by straight lines."""
-    fine = np.arange(len(poses)) * FINE_S
-    return np.column_stack([np.interp(times, fine, column) for column in poses.T])
+    own = np.arange(len(poses)) * dt_s
+    return np.column_stack([np.interp(times, own, column) for column in poses.T])
 
 
 def _reference_poses(true_poses: NDArray, settings: DriveSettings, key: np.uint64) -> NDArray[np.float64]:
@@ -177,16 +198,15 @@ def _reference_poses(true_poses: NDArray, settings: DriveSettings, key: np.uint6
     return true_poses + scale * draws.reshape(true_poses.shape)
 
 
-def _odometry(poses: NDArray, stamps: NDArray, settings: DriveSettings, key: np.uint64) -> NDArray[np.float64]:
-    """Reported motion (n, 3) between the stamps, of wheels that report every `FINE_S` seconds."""
-    fine = np.arange(len(poses)) * FINE_S
-    # A time for every report and every stamp.
-    times = np.union1d(fine, stamps)
-    steps = np.empty((len(times) - 1, 3))
-    wheels = (settings.motion.noise(FINE_S), settings.faults.compiled)
-    record_odometry(key, _poses_at(poses, times), wheels, steps)
-    odometry = np.empty((len(stamps), 3))
-    kernels.accumulate(steps, np.searchsorted(times, stamps), odometry)
+def _odometry(
+    poses: NDArray, dt_s: float, stamps: NDArray, settings: DriveSettings, key: np.uint64
+) -> NDArray[np.float64]:
+    """Reported motion (n, 3) between the stamps."""
+    steps = np.empty((len(poses) - 1, 3))
+    record_odometry(key, poses, (settings.motion.noise(dt_s), settings.faults.compiled), steps)
+    reckoned, odometry = np.empty(poses.shape), np.empty((len(stamps), 3))
+    kernels.dead_reckon(poses[0], steps, reckoned)
+    kernels.increments(_poses_at(reckoned, dt_s, stamps), odometry)
     return odometry
 
 
@@ -197,23 +217,26 @@ def _mounted(poses: NDArray, mounting: tuple[float, float, float]) -> NDArray[np
 
 
 def _snapshots(
-    field: DetectionField, poses: NDArray, times: NDArray, reference: NDArray, mounting: tuple[float, float, float],
-    key: np.uint64, antenna: int,
+    field: DetectionField, poses: NDArray, reference: NDArray, mounting: tuple[float, float, float], n_cycles: int,
+    draws: tuple[np.uint64, int],
 ) -> Snapshots:  # fmt: skip
-    """Snapshots of one antenna, whose cycles are at `times` (n, n_cycles)."""
-    n, n_cycles = times.shape
-    n_tags = field.n_tags
+    """Snapshots of one antenna on a robot that is at `poses` (n n_cycles, 3) in its cycles.
+
+    `draws` : key, and number of the antenna.
+    """
+    n, n_tags = len(reference), field.n_tags
+    key, antenna = draws
     n_at_once = max(1, _MAX_CHANCES // (n_cycles * n_tags))
     start, tags, counts = np.zeros(n + 1, np.int64), [], []
     for first in range(0, n, n_at_once):
         last = min(first + n_at_once, n)
-        at = _mounted(_poses_at(poses, times[first:last].ravel()), mounting)
+        chances = field.read_probability(_mounted(poses[first * n_cycles : last * n_cycles], mounting))
         room = (last - first) * n_tags
         tag, count = np.empty(room, np.int32), np.empty(room, np.int16)
         n_entries = kernels.draw_counts(
-            key, _STREAM_COUNTS + antenna, first, n_cycles, field.read_probability(at), start[first : last + 1], tag,
-            count,
-        )  # fmt: skip
+            key, _STREAM_COUNTS + antenna, first, n_cycles, chances, start[first : last + 1], tag, count
+        )
         tags.append(tag[:n_entries].copy())
         counts.append(count[:n_entries].copy())
-    return Snapshots(n_cycles, n_tags, reference, start, np.concatenate(tags), np.concatenate(counts))
+    at = _mounted(reference, mounting)
+    return Snapshots(n_cycles, n_tags, at, start, np.concatenate(tags), np.concatenate(counts))
