@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, field
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +23,7 @@ _INQUIRIES = ((2, 0.77, 0.02), (4, 1.46, 0.02), (6, 1.99, 0.03), (8, 2.66, 0.05)
 #: Time between the poses of an errand drive, and between reports of its odometry [s].
 FINE_S = 0.02
 MAX_DURATION_S = 7_200.0
+MAX_ANTENNAS = 64
 # Read probabilities that are held at a time: 32 MB.
 _MAX_CHANCES = 8_000_000
 # Streams of a drive's draws, apart from those of worlds.
@@ -66,8 +66,8 @@ class DriveSettings:
         require.within("turn_rate_rad_per_s", self.turn_rate_rad_per_s, low=1e-3, high=100.0)
         require.within("reference_mm", self.reference_mm, low=0.0, high=1_000.0)
         require.within("reference_rad", self.reference_rad, low=0.0, high=1.0)
-        if not self.mountings:
-            raise ValueError("mountings is empty, must hold the pose of at least one antenna")
+        if not 1 <= len(self.mountings) <= MAX_ANTENNAS:
+            raise ValueError(f"mountings has {len(self.mountings)} antennas, must have 1 to {MAX_ANTENNAS}")
         for mounting in self.mountings:
             if len(mounting) != 3:
                 raise ValueError(f"mountings: one has {len(mounting)} numbers, must have three: x, y, yaw")
@@ -75,15 +75,17 @@ class DriveSettings:
                 require.within(f"mountings, {name}", value, low=-1e5, high=1e5)
 
 
-def inquiry_duration_s(n_cycles: int) -> tuple[float, float]:
-    """Mean and standard deviation [s] of the duration of an inquiry of all antennas (uhf_snapshots, table I).
+def inquiry_duration_s(n_cycles: int, n_antennas: int = 2) -> tuple[float, float]:
+    """Mean and standard deviation [s] of the duration of an inquiry (uhf_snapshots, table I, of two antenna pairs).
 
-    Between the table's numbers of cycles both are interpolated; beyond, they go on in proportion to the cycles.
+    Between the table's numbers of cycles both are interpolated; beyond, they go on in proportion to the cycles, and so
+    they do with the antennas, which take turns.
     """
     require.count("n_cycles", n_cycles, at_most=MAX_CYCLES)
+    require.count("n_antennas", n_antennas, at_most=MAX_ANTENNAS)
     cycles, means, deviations = np.array(_INQUIRIES).T
     inside = float(np.clip(n_cycles, cycles[0], cycles[-1]))
-    factor = n_cycles / inside
+    factor = n_cycles / inside * n_antennas / 2
     return float(np.interp(inside, cycles, means)) * factor, float(np.interp(inside, cycles, deviations)) * factor
 
 
@@ -132,7 +134,7 @@ def record_along(
     ------
     ValueError : if not one inquiry fits into the drive.
     """
-    edges = _inquiries((len(poses) - 1) * dt_s, n_cycles, key)
+    edges = _inquiries((len(poses) - 1) * dt_s, (n_cycles, len(settings.mountings)), key)
     n_antennas = len(settings.mountings)
     # Times of the cycles (n, n_cycles, n_antennas): in the middle of their slots.
     slot = (np.arange(n_cycles * n_antennas).reshape(n_cycles, n_antennas) + 0.5) / (n_cycles * n_antennas)
@@ -167,21 +169,15 @@ def drive_poses(scene: Scene, settings: DriveSettings, key: np.uint64) -> NDArra
     return drive(waypoints, speed, None, settings.turn_rate_rad_per_s, FINE_S, n_steps)
 
 
-@cache
-def _most_inquiries(duration_s: float, n_cycles: int) -> int:
-    mean, deviation = inquiry_duration_s(n_cycles)
-    return math.ceil(duration_s / (mean - 7.0 * deviation)) + 1
-
-
-def _inquiries(duration_s: float, n_cycles: int, key: np.uint64) -> NDArray[np.float64]:
-    """Times (n + 1,) between the inquiries of a drive, from its begin on [s]."""
-    mean, deviation = inquiry_duration_s(n_cycles)
-    draws = np.empty(_most_inquiries(duration_s, n_cycles), np.float32)
+def _inquiries(duration_s: float, what: tuple[int, int], key: np.uint64) -> NDArray[np.float64]:
+    """Times (n + 1,) between the inquiries of a drive, from its begin on [s]; `what` are cycles and antennas."""
+    mean, deviation = inquiry_duration_s(*what)
+    draws = np.empty(math.ceil(duration_s / (mean - 7.0 * deviation)) + 1, np.float32)
     fill_normal(np.uint64(step_key(key, _STREAM_INQUIRY, 0)), draws)
     edges = np.concatenate([[0.0], np.cumsum(mean + deviation * draws.astype(float))])
     edges = edges[edges <= duration_s]
     if len(edges) < 2:
-        raise ValueError(f"duration_s is {duration_s:g}: an inquiry of {n_cycles} cycles takes {mean:g} s")
+        raise ValueError(f"duration_s is {duration_s:g}: an inquiry of {what[0]} cycles takes {mean:g} s")
     return edges
 
 
