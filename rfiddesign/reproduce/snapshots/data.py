@@ -1,4 +1,4 @@
-"""Data sets of a reproduction of snapshots: drives through a place, each on a day of its own, and how they are split."""
+"""Data sets of a reproduction of snapshots: drives through a place, each on its own day, and how they are split."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
