@@ -1,8 +1,8 @@
 """A tag's belief in a square window of the floor, as logarithms of masses: weighed by ellipses and by tables.
 
 `logs` (n, n) float32 holds a cell's `row` along y and its `column` along x; minus infinity is no mass.  The middle of
-the lowest cell is at (low_x, low_y) [mm].  An observation multiplies only what lies in its shape: the factor of all that
-lies outside is taken out, so that cells out there are not visited.
+the lowest cell is at (low_x, low_y) [mm].  An observation multiplies only what lies in its shape: the factor of all
+that lies outside is taken out, so that cells out there are not visited.
 """
 
 import math
@@ -90,8 +90,8 @@ def _rows_about(n, from_y, reach, cell):
 def weigh_by_ellipses(logs, low_x, low_y, cell, x, y, heading, inner_length, inner_add, outer_length, outer_add, ratio):
     """Add `inner_add` to the cells of one ellipse and `outer_add` to those of another that the first does not hold.
 
-    Both have one end of their long axis at the antenna (x, y) and lie ahead of it; `ratio` is short axis to long one.  A
-    length of 0 is no ellipse.
+    Both have one end of their long axis at the antenna (x, y) and lie ahead of it; `ratio` is short axis to long one.
+    A length of 0 is no ellipse.
     """
     n = logs.shape[0]
     sine, cosine = sin_cos_64(heading)
@@ -221,8 +221,8 @@ def moments(logs, best, sums, told):
 
 
 @leaf_kernel
-def peak(logs, best, counts, told):
-    """The cells whose logarithm is `best`: `told` (3,) receives how many, and their mean x, y [cells from the middle].
+def peak(logs, best, counts):
+    """How many cells have the logarithm `best`, and their mean x, y [cells from the middle].
 
     `counts` (n,) int32 is room.
     """
@@ -240,7 +240,7 @@ def peak(logs, best, counts, told):
         sum_y += of_row * (row - n // 2)
     for i in range(n):
         sum_x += counts[i] * (i - n // 2)
-    told[0], told[1], told[2] = total, sum_x / total, sum_y / total
+    return total, sum_x / total, sum_y / total
 
 
 @leaf_kernel
@@ -253,3 +253,36 @@ def weigh_by_polls(
             logs, low_x, low_y, cell, poses[k, 0], poses[k, 1], poses[k, 2],
             read_table if is_read[k] else silent_table, n_v, low_u, low_v, table_cell, at, parts,
         )  # fmt: skip
+
+
+@leaf_kernel
+def weigh_by_reads(logs, low_x, low_y, cell, poses, ellipses, ratio, most, best, counts, tops, places):
+    """Weigh by reads of antennas at `poses` (m, 3), `ellipses` (m, 4) the lengths and logarithms of each.
+
+    Parameters
+    ----------
+    most : a sum of logarithms up to which sums are exact; before the largest passes it, all are lowered.
+    best : the largest logarithm so far.
+    counts, tops : (n,) int32 and float32, room.
+    places : (m, 2) receives where the peak is after each read [cells from the middle]; none asked for if it is empty.
+
+    Returns
+    -------
+    The largest logarithm after all reads may be at most this, and how far all were lowered.
+    """
+    lowered = 0.0
+    for k in range(poses.shape[0]):
+        inner_add, outer_add = ellipses[k, 1], ellipses[k, 3]
+        if best + max(inner_add, outer_add) > most:
+            best = largest(logs, tops)
+            lower(logs, best)
+            lowered += best
+            best = 0.0
+        weigh_by_ellipses(
+            logs, low_x, low_y, cell, poses[k, 0], poses[k, 1], poses[k, 2], ellipses[k, 0], inner_add, ellipses[k, 2],
+            outer_add, ratio,
+        )  # fmt: skip
+        best += max(inner_add, outer_add)
+        if places.shape[0] > 0:
+            _, places[k, 0], places[k, 1] = peak(logs, largest(logs, tops), counts)
+    return best, lowered

@@ -142,10 +142,10 @@ def log_evidence(window: Window) -> float:
 
 def peak(window: Window) -> np.ndarray:
     """Centre of gravity (2,) [mm] of the cells with the largest mass."""
-    n, told = len(window.logs), np.empty(3)
+    n = len(window.logs)
     best = kernels.largest(window.logs, np.empty(n, np.float32))
-    kernels.peak(window.logs, best, np.empty(n, np.int32), told)
-    return np.array(window.centre_mm) + window.cell_mm * told[1:]
+    _, x, y = kernels.peak(window.logs, best, np.empty(n, np.int32))
+    return np.array(window.centre_mm) + window.cell_mm * np.array([x, y])
 
 
 def masses(window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -161,7 +161,7 @@ def _empty(centre_mm: ArrayLike, half_width_mm: float, cell_mm: float) -> Window
     half = require.positive("half_width_mm", half_width_mm) / require.positive("cell_mm", cell_mm)
     if half > MAX_CELLS // 2:
         raise ValueError(
-            f"cell_mm is {cell_mm:g}, too small for a window of +-{half_width_mm:g} mm: more than {MAX_CELLS} cells a side"
+            f"cell_mm is {cell_mm:g}, too small for +-{half_width_mm:g} mm: at most {MAX_CELLS} cells a side"
         )
     n = 2 * math.ceil(half - 1e-9) + 1
     return Window((x, y), float(cell_mm), np.empty((n, n), np.float32))
