@@ -38,7 +38,10 @@ class Polls:
             raise ValueError("poses has a value that is not finite")
         if not self.read_poll.shape == self.read_tag.shape == self.read_distance_mm.shape == (self.n_reads,):
             raise ValueError("read_poll, read_tag and read_distance_mm must have one entry for each read")
-        for name, values, n in (("read_poll", self.read_poll, len(self.poses)), ("read_tag", self.read_tag, self.n_tags)):
+        for name, values, n in (
+            ("read_poll", self.read_poll, len(self.poses)),
+            ("read_tag", self.read_tag, self.n_tags),
+        ):
             if self.n_reads and not 0 <= values.min() <= values.max() < n:
                 raise ValueError(f"{name} has a number outside 0 to {n - 1}")
         if (np.diff(self.read_poll) < 0).any():

@@ -13,8 +13,10 @@ from rfiddesign.estimators._grid_kernels import clear_sums, count_mass, gaussian
 from rfiddesign.numerics._compile_kernels import inline_kernel, leaf_kernel
 from rfiddesign.numerics._math_kernels import exp_32, sin_cos_64
 
-# What weighs e^-60 of the best cell counts for nothing in 10^8 cells.
+# What weighs e^-60 of the best cell counts for nothing in 10^8 cells, and eight odd reads do not bring it back.
 _LEAST_LOG = np.float32(-60.0)
+# Looking for such cells costs about what a poll does.
+POLLS_PER_TRIM = 16
 _LARGEST_EXPONENT = 1e30
 # Distance within which a point counts as on an ellipse's border, and thus in it: shares of its axes, squared.
 _ON_BORDER = 1e-9
@@ -126,19 +128,20 @@ def _part_within(start, step, last, first_column, last_column):
 
 
 @leaf_kernel
-def weigh_by_table(logs, low_x, low_y, cell, x, y, heading, table, n_v, low_u, low_v, table_cell, at, parts):
+def weigh_by_table(logs, box, low_x, low_y, cell, x, y, heading, table, n_v, low_u, low_v, table_cell, at, parts):
     """Add what a table says at each cell's place in the antenna's frame, between its entries by bilinear interpolation.
 
     Beyond its outermost entries it says nothing, which these should do as well: cells out there are not visited.
 
     Parameters
     ----------
+    box : (4,) rows box[0] to box[1] - 1 and columns box[2] to box[3] - 1 are all that have mass.
     table : (n_u * n_v,) float32 logarithms over u, ahead of the antenna, and v, to its left, those of a u together;
         at least two of each.
     low_u, low_v : place of the first entry [mm].
     at, parts : (n,) int32 and (2, n) float32, room.
     """
-    n, n_u = logs.shape[0], table.shape[0] // n_v
+    n_u = table.shape[0] // n_v
     sine, cosine = sin_cos_64(heading)
     per_cell = 1.0 / table_cell
     dx, step_u, step_v = low_x - x, cosine * cell * per_cell, -sine * cell * per_cell
@@ -148,16 +151,18 @@ def weigh_by_table(logs, low_x, low_y, cell, x, y, heading, table, n_v, low_u, l
     along_y, across_y = sine * last_u * table_cell, cosine * last_v * table_cell
     least_y = corner_y + min(along_y, 0.0) + min(across_y, 0.0)
     most_y = corner_y + max(along_y, 0.0) + max(across_y, 0.0)
-    first_row, last_row = _rows_about(n, y + 0.5 * (least_y + most_y) - low_y, 0.5 * (most_y - least_y), cell)
+    first_row, last_row = _rows_about(
+        logs.shape[0], y + 0.5 * (least_y + most_y) - low_y, 0.5 * (most_y - least_y), cell
+    )
     rise_u, rise_v, nothing = np.float32(step_u), np.float32(step_v), np.float32(0.0)
     # In float32 a place may come out beyond the last entry by a rounding, but looks up none beyond.
     most_j, most_k = np.int32(n_u - 2), np.int32(n_v - 2)
     stride, parts_u, parts_v = np.int32(n_v), parts[0], parts[1]
     right, ahead, oblique = np.uint64(1), np.uint64(n_v), np.uint64(n_v + 1)
-    for row in range(first_row, last_row):
+    for row in range(max(first_row, box[0]), min(last_row, box[1])):
         dy = low_y + row * cell - y
         u, v = (cosine * dx + sine * dy - low_u) * per_cell, (cosine * dy - sine * dx - low_v) * per_cell
-        first, last = _part_within(u, step_u, last_u, 0, n)
+        first, last = _part_within(u, step_u, last_u, box[2], box[3])
         first, last = _part_within(v, step_v, last_v, first, last)
         start_u, start_v = np.float32(u + first * step_u), np.float32(v + first * step_v)
         cells = logs[row]
@@ -244,15 +249,40 @@ def peak(logs, best, counts):
 
 
 @leaf_kernel
-def weigh_by_polls(
-    logs, low_x, low_y, cell, poses, is_read, read_table, silent_table, n_v, low_u, low_v, table_cell, at, parts
-):
-    """Weigh by polls of an antenna at `poses` (m, 3), each of which read the tag or did not, see `weigh_by_table`."""
+def trim(logs, box, tops):
+    """Give up cells with e^-60 of the best one's mass or less, and shrink the box (4,) to what is left.
+
+    `tops` (n,) float32 is room.
+    """
+    best = largest(logs, tops)
+    least, nothing = best + _LEAST_LOG, np.float32(-np.inf)
+    first_row, last_row, first_column, last_column = box[1], box[0], box[3], box[2]
+    for i in range(box[2], box[3]):
+        tops[i] = nothing
+    for row in range(box[0], box[1]):
+        cells, of_row = logs[row], 0
+        for i in range(box[2], box[3]):
+            cells[i] = cells[i] if cells[i] > least else nothing
+            tops[i] = max(tops[i], cells[i])
+            of_row += np.int32(cells[i] > nothing)
+        if of_row > 0:
+            first_row, last_row = min(first_row, row), row + 1
+    for i in range(box[2], box[3]):
+        if tops[i] > nothing:
+            first_column, last_column = min(first_column, i), i + 1
+    box[0], box[1], box[2], box[3] = first_row, last_row, first_column, last_column
+
+
+@leaf_kernel
+def weigh_by_polls(logs, box, low_x, low_y, cell, poses, said, tables, n_v, low_u, low_v, table_cell, at, parts, tops):
+    """Weigh by polls of an antenna at `poses` (m, 3), poll k saying `tables[said[k]]`, see `weigh_by_table`."""
     for k in range(poses.shape[0]):
         weigh_by_table(
-            logs, low_x, low_y, cell, poses[k, 0], poses[k, 1], poses[k, 2],
-            read_table if is_read[k] else silent_table, n_v, low_u, low_v, table_cell, at, parts,
+            logs, box, low_x, low_y, cell, poses[k, 0], poses[k, 1], poses[k, 2], tables[said[k]], n_v, low_u, low_v,
+            table_cell, at, parts,
         )  # fmt: skip
+        if k % POLLS_PER_TRIM == POLLS_PER_TRIM - 1:
+            trim(logs, box, tops)
 
 
 @leaf_kernel

@@ -113,18 +113,25 @@ def weigh_by_polls(window: Window, poses: ArrayLike, is_read: ArrayLike, field: 
     is_read : (m,) or one, whether the poll read the tag.
     field : what reads and silence say, looked up by bilinear interpolation at the middles of the cells.
     """
+    return weigh_by_words(window, poses, np.where(np.asarray(is_read, bool), 0, len(field.tables) - 1), field)
+
+
+def weigh_by_words(window: Window, poses: ArrayLike, said: ArrayLike, field: LogField) -> Window:
+    """As `weigh_by_polls`; `said` (m,) or one: which of the field's tables it is that a poll said."""
     poses = np.ascontiguousarray(np.atleast_2d(np.asarray(poses, float)))
-    is_read = np.ascontiguousarray(np.broadcast_to(np.asarray(is_read, bool), len(poses)))
+    said = np.ascontiguousarray(np.broadcast_to(np.asarray(said, np.int64), len(poses)))
     if poses.shape[1:] != (3,) or not np.isfinite(poses).all():
         raise ValueError(f"poses of shape {poses.shape}: must be finite, (m, 3)")
+    n_things, _, n_v = field.tables.shape
+    if said.size and not 0 <= said.min() <= said.max() < n_things:
+        raise ValueError(f"said has a number outside 0 to {n_things - 1}, the field's tables")
     logs, n = window.logs.copy(), len(window.logs)
     kernels.weigh_by_polls(
-        logs, *window._frame, poses, is_read, field.read.ravel(), field.silent.ravel(), field.read.shape[1],
+        logs, np.array([0, n, 0, n]), *window._frame, poses, said, field.tables.reshape(n_things, -1), n_v,
         field.low_u, field.low_v, field.cell_mm, np.empty(n, np.int32), np.empty((2, n), np.float32),
+        np.empty(n, np.float32),
     )  # fmt: skip
-    n_read = int(is_read.sum())
-    scale = window.log_scale + n_read * field.far_read + (len(poses) - n_read) * field.far_silent
-    return replace(window, logs=logs, log_scale=scale)
+    return replace(window, logs=logs, log_scale=window.log_scale + float(field.far[said].sum()))
 
 
 def moments(window: Window) -> tuple[np.ndarray, np.ndarray]:

@@ -68,7 +68,7 @@ FIELD = log_field_of(np.random.default_rng(8).uniform(0, 0.99, (23, 31)), 37.0, 
 @settings(deadline=None, max_examples=60)
 def test_a_table_is_looked_up_between_its_entries(pose, is_read):
     window = weigh_by_polls(zeros(), pose, is_read, FIELD)
-    told = looked_up(pose, cells_of(window), FIELD.read if is_read else FIELD.silent, FIELD)
+    told = looked_up(pose, cells_of(window), FIELD.tables[0 if is_read else 1], FIELD)
     assert window.logs == pytest.approx(told, abs=2e-3)
     assert window.log_scale == pytest.approx(math.log(1e-3) if is_read else 0.0)
 
@@ -79,8 +79,8 @@ def test_a_table_turned_by_quarters_is_the_table_itself(quarter):
     table = log_field_of(np.random.default_rng(3).uniform(0, 0.9, (9, 15)), 20.0, (-40.0, -80.0))
     window = weigh_by_polls(zeros(), (13.0, -7.0, quarter * math.pi / 2), True, table)
     turned = np.rot90(window.logs, quarter)  # rows along y fall in pictures, so that this turns the floor back
-    assert pytest.approx(table.read, abs=1e-3) == turned[50 - 5 : 50 + 12, 50 - 3 : 50 + 8].T
-    assert np.count_nonzero(turned > 1e-3) == np.count_nonzero(table.read > 1e-3)
+    assert pytest.approx(table.tables[0], abs=1e-3) == turned[50 - 5 : 50 + 12, 50 - 3 : 50 + 8].T
+    assert np.count_nonzero(turned > 1e-3) == np.count_nonzero(table.tables[0] > 1e-3)
 
 
 def test_moments_and_the_peak_are_those_of_the_cells():
@@ -126,8 +126,8 @@ def test_the_evidence_is_the_chance_of_all_polls_summed_over_where_the_tag_may_l
     is_read = rng.random(20) < 0.4
     after, chance = weigh_by_polls(prior, poses, is_read, field), masses(prior)[0]
     for pose, read in zip(poses, is_read, strict=True):
-        table, far = (field.read, field.far_read) if read else (field.silent, field.far_silent)
-        chance = chance * np.exp(looked_up(pose, cells_of(prior), table, field) + far)
+        said = 0 if read else 1
+        chance = chance * np.exp(looked_up(pose, cells_of(prior), field.tables[said], field) + field.far[said])
     assert log_evidence(after) == pytest.approx(math.log(chance.sum()), abs=1e-3)
     mean, covariance = moments(after)
     own, spread = moments_of(chance, cells_of(prior))
