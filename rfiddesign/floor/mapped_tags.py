@@ -1,5 +1,6 @@
 """A tag map that was learned on drives: where each tag is believed to lie, and how surely."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,3 +64,13 @@ class MappedTags:
         `installed_mm` (n, 2): where these tags lie in truth, where that is known.
         """
         return build_tag_map(self.mean_mm, None if installed_mm is None else np.asarray(installed_mm))
+
+
+def mapped_tags(
+    tag_id: Sequence[int], mean_mm: Sequence[np.ndarray], covariance_mm2: Sequence[np.ndarray], n_reads: Sequence[int]
+) -> MappedTags:
+    """The map of tags given one by one, which may be none."""
+    return MappedTags(
+        np.array(tag_id, np.int64), np.array(mean_mm, float).reshape(-1, 2),
+        np.array(covariance_mm2, float).reshape(-1, 2, 2), np.array(n_reads, np.int64),
+    )  # fmt: skip

@@ -2,7 +2,8 @@
 
 `logs` (n, n) float32 holds a cell's `row` along y and its `column` along x; minus infinity is no mass.  The middle of
 the lowest cell is at (low_x, low_y) [mm].  An observation multiplies only what lies in its shape: the factor of all
-that lies outside is taken out, so that cells out there are not visited.
+that lies outside is taken out, so that cells out there are not visited.  All mass is in rows box[0] to box[1] - 1 and
+columns box[2] to box[3] - 1 of `box` (4,).
 """
 
 import math
@@ -13,10 +14,10 @@ from rfiddesign.estimators._grid_kernels import clear_sums, count_mass, gaussian
 from rfiddesign.numerics._compile_kernels import inline_kernel, leaf_kernel
 from rfiddesign.numerics._math_kernels import exp_32, sin_cos_64
 
-# What weighs e^-60 of the best cell counts for nothing in 10^8 cells, and eight odd reads do not bring it back.
-_LEAST_LOG = np.float32(-60.0)
+# What weighs e^-40 of the best cell counts for nothing in millions of cells, and five odd reads do not bring it back.
+_LEAST_LOG = np.float32(-40.0)
 # Looking for such cells costs about what a poll does.
-POLLS_PER_TRIM = 16
+_POLLS_PER_TRIM = 16
 _LARGEST_EXPONENT = 1e30
 # Distance within which a point counts as on an ellipse's border, and thus in it: shares of its axes, squared.
 _ON_BORDER = 1e-9
@@ -88,6 +89,12 @@ def _rows_about(n, from_y, reach, cell):
     return max(math.ceil((from_y - reach) / cell), 0), min(math.floor((from_y + reach) / cell) + 1, n)
 
 
+@inline_kernel
+def _add(cells, value):
+    for i in range(cells.shape[0]):
+        cells[i] += value
+
+
 @leaf_kernel
 def weigh_by_ellipses(logs, low_x, low_y, cell, x, y, heading, inner_length, inner_add, outer_length, outer_add, ratio):
     """Add `inner_add` to the cells of one ellipse and `outer_add` to those of another that the first does not hold.
@@ -104,17 +111,12 @@ def weigh_by_ellipses(logs, low_x, low_y, cell, x, y, heading, inner_length, inn
         dy = low_y + row * cell - y
         first, last = ellipse_span(n, dx, dy, cell, cosine, sine, inner_length, ratio * inner_length)
         from_, to = ellipse_span(n, dx, dy, cell, cosine, sine, outer_length, ratio * outer_length)
-        cells = logs[row]
-        for i in range(first, last):
-            cells[i] += inner_value
-        if first >= last:
-            for i in range(from_, to):
-                cells[i] += outer_value
+        if first < last:
+            _add(logs[row, first:last], inner_value)
+            _add(logs[row, from_ : max(min(to, first), from_)], outer_value)
+            _add(logs[row, min(max(from_, last), to) : to], outer_value)
         else:
-            for i in range(from_, min(to, first)):
-                cells[i] += outer_value
-            for i in range(max(from_, last), to):
-                cells[i] += outer_value
+            _add(logs[row, from_:to], outer_value)
 
 
 @inline_kernel
@@ -135,7 +137,6 @@ def weigh_by_table(logs, box, low_x, low_y, cell, x, y, heading, table, n_v, low
 
     Parameters
     ----------
-    box : (4,) rows box[0] to box[1] - 1 and columns box[2] to box[3] - 1 are all that have mass.
     table : (n_u * n_v,) float32 logarithms over u, ahead of the antenna, and v, to its left, those of a u together;
         at least two of each.
     low_u, low_v : place of the first entry [mm].
@@ -165,34 +166,38 @@ def weigh_by_table(logs, box, low_x, low_y, cell, x, y, heading, table, n_v, low
         first, last = _part_within(u, step_u, last_u, box[2], box[3])
         first, last = _part_within(v, step_v, last_v, first, last)
         start_u, start_v = np.float32(u + first * step_u), np.float32(v + first * step_v)
-        cells = logs[row]
+        if first >= last:
+            continue
+        cells = logs[row, first:last]
         # Two loops: the first is arithmetic, many cells at once; only the second looks up.
-        for i in range(last - first):
+        for i in range(cells.shape[0]):
             at_u = max(start_u + np.float32(i) * rise_u, nothing)
             at_v = max(start_v + np.float32(i) * rise_v, nothing)
             j, k = min(np.int32(at_u), most_j), min(np.int32(at_v), most_k)
             parts_u[i], parts_v[i] = at_u - np.float32(j), at_v - np.float32(k)
             at[i] = j * stride + k
-        for i in range(last - first):
+        for i in range(cells.shape[0]):
             # Without a sign there is no counting from the end to look after.
             entry, part_v = np.uint64(np.uint32(at[i])), parts_v[i]
             near, far = table[entry], table[entry + ahead]
             near += part_v * (table[entry + right] - near)
             far += part_v * (table[entry + oblique] - far)
-            cells[first + i] += near + parts_u[i] * (far - near)
+            cells[i] += near + parts_u[i] * (far - near)
 
 
 @leaf_kernel
-def largest(logs, tops):
+def largest(logs, box, tops):
     """The largest logarithm, minus infinity if there is no mass; `tops` (n,) float32 is room."""
-    n, best = logs.shape[0], np.float32(-np.inf)
-    for i in range(n):
+    low, high, best = box[2], box[3], np.float32(-np.inf)
+    # Slices begin at 0, which tells the compiler that no index counts from the end.
+    tops = tops[: high - low]
+    for i in range(tops.shape[0]):
         tops[i] = best
-    for row in range(n):
-        cells = logs[row]
-        for i in range(n):
+    for row in range(box[0], box[1]):
+        cells = logs[row, low:high]
+        for i in range(tops.shape[0]):
             tops[i] = max(tops[i], cells[i])
-    for i in range(n):
+    for i in range(tops.shape[0]):
         best = max(best, tops[i])
     return best
 
@@ -200,25 +205,23 @@ def largest(logs, tops):
 @leaf_kernel
 def lower(logs, amount):
     """Subtract the same from all: the belief stays as it is, and its logarithms near 0, where float32 is fine."""
-    step = np.float32(amount)
+    step = np.float32(-amount)
     for row in range(logs.shape[0]):
-        cells = logs[row]
-        for i in range(cells.shape[0]):
-            cells[i] -= step
+        _add(logs[row], step)
 
 
 @leaf_kernel
-def moments(logs, best, sums, told):
+def moments(logs, box, best, sums, told):
     """Moments of a belief whose largest logarithm is `best`, finite: `told` (6,), see `moments_of_sums`.
 
     Masses are those over the largest; `sums` (3, n) is room.
     """
-    n = logs.shape[0]
-    plain, first, second, top = sums[0], sums[1], sums[2], np.float32(best)
+    n, low, high, top = logs.shape[0], box[2], box[3], np.float32(best)
     clear_sums(sums, n)
-    for row in range(n):
-        cells, y = logs[row], float(row - n // 2)
-        for i in range(n):
+    plain, first, second = sums[0, low:high], sums[1, low:high], sums[2, low:high]
+    for row in range(box[0], box[1]):
+        cells, y = logs[row, low:high], float(row - n // 2)
+        for i in range(cells.shape[0]):
             log = cells[i] - top
             mass = exp_32(max(log, _LEAST_LOG))
             count_mass(plain, first, second, i, np.float64(mass if log > _LEAST_LOG else np.float32(0.0)), y)
@@ -226,50 +229,52 @@ def moments(logs, best, sums, told):
 
 
 @leaf_kernel
-def peak(logs, best, counts):
+def peak(logs, box, best, counts):
     """How many cells have the logarithm `best`, and their mean x, y [cells from the middle].
 
     `counts` (n,) int32 is room.
     """
-    n, top = logs.shape[0], np.float32(best)
+    low, high, half, top = box[2], box[3], logs.shape[0] // 2, np.float32(best)
+    counts = counts[: high - low]
     total = sum_x = sum_y = 0
-    for i in range(n):
+    for i in range(counts.shape[0]):
         counts[i] = 0
-    for row in range(n):
-        cells, of_row = logs[row], 0
-        for i in range(n):
+    for row in range(box[0], box[1]):
+        cells, of_row = logs[row, low:high], 0
+        for i in range(counts.shape[0]):
             is_best = np.int32(cells[i] == top)
             counts[i] += is_best
             of_row += is_best
         total += of_row
-        sum_y += of_row * (row - n // 2)
-    for i in range(n):
-        sum_x += counts[i] * (i - n // 2)
+        sum_y += of_row * (row - half)
+    for i in range(counts.shape[0]):
+        sum_x += counts[i] * (low + i - half)
     return total, sum_x / total, sum_y / total
 
 
 @leaf_kernel
 def trim(logs, box, tops):
-    """Give up cells with e^-60 of the best one's mass or less, and shrink the box (4,) to what is left.
+    """Give up cells with e^-40 of the best one's mass or less, and shrink the box to what is left.
 
     `tops` (n,) float32 is room.
     """
-    best = largest(logs, tops)
-    least, nothing = best + _LEAST_LOG, np.float32(-np.inf)
-    first_row, last_row, first_column, last_column = box[1], box[0], box[3], box[2]
-    for i in range(box[2], box[3]):
+    low, high, nothing = box[2], box[3], np.float32(-np.inf)
+    least = largest(logs, box, tops) + _LEAST_LOG
+    tops = tops[: high - low]
+    first_row, last_row, first_column, last_column = box[1], box[0], high, low
+    for i in range(tops.shape[0]):
         tops[i] = nothing
     for row in range(box[0], box[1]):
-        cells, of_row = logs[row], 0
-        for i in range(box[2], box[3]):
+        cells, of_row = logs[row, low:high], 0
+        for i in range(tops.shape[0]):
             cells[i] = cells[i] if cells[i] > least else nothing
             tops[i] = max(tops[i], cells[i])
             of_row += np.int32(cells[i] > nothing)
         if of_row > 0:
             first_row, last_row = min(first_row, row), row + 1
-    for i in range(box[2], box[3]):
+    for i in range(tops.shape[0]):
         if tops[i] > nothing:
-            first_column, last_column = min(first_column, i), i + 1
+            first_column, last_column = min(first_column, low + i), low + i + 1
     box[0], box[1], box[2], box[3] = first_row, last_row, first_column, last_column
 
 
@@ -281,12 +286,13 @@ def weigh_by_polls(logs, box, low_x, low_y, cell, poses, said, tables, n_v, low_
             logs, box, low_x, low_y, cell, poses[k, 0], poses[k, 1], poses[k, 2], tables[said[k]], n_v, low_u, low_v,
             table_cell, at, parts,
         )  # fmt: skip
-        if k % POLLS_PER_TRIM == POLLS_PER_TRIM - 1:
+        if k % _POLLS_PER_TRIM == _POLLS_PER_TRIM - 1:
             trim(logs, box, tops)
+    trim(logs, box, tops)
 
 
 @leaf_kernel
-def weigh_by_reads(logs, low_x, low_y, cell, poses, ellipses, ratio, most, best, counts, tops, places):
+def weigh_by_reads(logs, box, low_x, low_y, cell, poses, ellipses, ratio, most, best, counts, tops, places):
     """Weigh by reads of antennas at `poses` (m, 3), `ellipses` (m, 4) the lengths and logarithms of each.
 
     Parameters
@@ -304,7 +310,7 @@ def weigh_by_reads(logs, low_x, low_y, cell, poses, ellipses, ratio, most, best,
     for k in range(poses.shape[0]):
         inner_add, outer_add = ellipses[k, 1], ellipses[k, 3]
         if best + max(inner_add, outer_add) > most:
-            best = largest(logs, tops)
+            best = largest(logs, box, tops)
             lower(logs, best)
             lowered += best
             best = 0.0
@@ -314,5 +320,5 @@ def weigh_by_reads(logs, low_x, low_y, cell, poses, ellipses, ratio, most, best,
         )  # fmt: skip
         best += max(inner_add, outer_add)
         if places.shape[0] > 0:
-            _, places[k, 0], places[k, 1] = peak(logs, largest(logs, tops), counts)
+            _, places[k, 0], places[k, 1] = peak(logs, box, largest(logs, box, tops), counts)
     return best, lowered

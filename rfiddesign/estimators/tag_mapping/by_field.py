@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from rfiddesign import require
 from rfiddesign.estimators.tag_mapping.window import MAX_CELLS, Window, flat_window, moments, weigh_by_words
-from rfiddesign.floor.mapped_tags import MappedTags
+from rfiddesign.floor.mapped_tags import MappedTags, mapped_tags
 from rfiddesign.models.log_field import LogField
 from rfiddesign.models.polls import Polls
 
@@ -39,15 +39,18 @@ class ByField:
         require.within("cell_mm", self.cell_mm, low=2.0 * self.radius_mm / (MAX_CELLS - 1), high=self.radius_mm)
         if self.distances_mm and len(self.field.tables) != len(self.distances_mm) + 2:
             raise ValueError(
-                f"distances_mm has {len(self.distances_mm)} distances, the field has {len(self.field.tables) - 2} between"
-                " read and not read"
+                f"distances_mm has {len(self.distances_mm)} distances, the field tells {len(self.field.tables) - 2}"
             )
 
 
-def follow(settings: ByField, polls: Polls, tag: int, ends: np.ndarray) -> list[Window]:
-    """What is believed of a tag's place after the first `ends[i]` polls, rising, none of them before its first read."""
-    near, said = _polls_about(settings, polls, tag, cKDTree(polls.poses[:, :2]))
-    return _follow(settings, polls, tag, ends, near, said)
+def follow(settings: ByField, polls: Polls, tag: int, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray, Window]:
+    """Mean (n, 2) [mm] and covariance (n, 2, 2) [mm^2] of its place after `ends[i]` polls; the last belief.
+
+    Raises
+    ------
+    ValueError : if the tag was never read, `ends` does not rise or one of them is before the tag's first read.
+    """
+    return _follow(settings, polls, tag, ends, cKDTree(polls.poses[:, :2]))
 
 
 def map_tags(settings: ByField, polls: Polls) -> MappedTags:
@@ -58,31 +61,28 @@ def map_tags(settings: ByField, polls: Polls) -> MappedTags:
         n = len(polls.reads_of(tag))
         if n == 0:
             continue
-        near, said = _polls_about(settings, polls, tag, tree)
-        (window,) = _follow(settings, polls, tag, np.array([len(polls.poses)]), near, said)
-        mean, covariance = moments(window)
-        tags.append(tag), means.append(mean), covariances.append(covariance), n_reads.append(n)
-    return MappedTags(
-        np.array(tags, np.int64), np.array(means, float).reshape(-1, 2), np.array(covariances, float).reshape(-1, 2, 2),
-        np.array(n_reads, np.int64),
-    )  # fmt: skip
+        mean, covariance, _ = _follow(settings, polls, tag, np.array([len(polls.poses)]), tree)
+        tags.append(tag), means.append(mean[0]), covariances.append(covariance[0]), n_reads.append(n)
+    return mapped_tags(tags, means, covariances, n_reads)
 
 
 def _follow(
-    settings: ByField, polls: Polls, tag: int, ends: np.ndarray, near: np.ndarray, said: np.ndarray
-) -> list[Window]:
+    settings: ByField, polls: Polls, tag: int, ends: np.ndarray, tree: cKDTree
+) -> tuple[np.ndarray, np.ndarray, Window]:
+    near, said = _polls_about(settings, polls, tag, tree)
     first = polls.read_poll[polls.reads_of(tag)[0]]
-    window, begin, windows = flat_window(polls.poses[first, :2], settings.radius_mm, settings.cell_mm), 0, []
-    for end in ends:
+    window = flat_window(polls.poses[first, :2], settings.radius_mm, settings.cell_mm)
+    means, covariances, begin = np.empty((len(ends), 2)), np.empty((len(ends), 2, 2)), 0
+    for k, end in enumerate(ends):
         if end <= first or end < begin:
             raise ValueError(f"ends has {end!r}, must rise and be above {first}, the poll that first read tag {tag}")
         some = slice(*np.searchsorted(near, (begin, end)))
         # Reads first: what they rule out, silence need not be asked about.
         order = np.argsort(said[some] == len(settings.field.tables) - 1, kind="stable")
         window = weigh_by_words(window, polls.poses[near[some][order]], said[some][order], settings.field)
-        windows.append(window)
+        means[k], covariances[k] = moments(window)
         begin = end
-    return windows
+    return means, covariances, window
 
 
 def _polls_about(settings: ByField, polls: Polls, tag: int, tree: cKDTree) -> tuple[np.ndarray, np.ndarray]:
@@ -96,8 +96,7 @@ def _polls_about(settings: ByField, polls: Polls, tag: int, tree: cKDTree) -> tu
     if len(rows) == 0:
         raise ValueError(f"tag is {tag}, which was never read")
     centre = polls.poses[polls.read_poll[rows[0]], :2]
-    # The window is a square about a circle.
-    near = np.array(sorted(tree.query_ball_point(centre, settings.field.reach_mm + 1.5 * settings.radius_mm)), np.int64)
+    near = np.array(sorted(tree.query_ball_point(centre, settings.field.reach_mm + settings.radius_mm)), np.int64)
     said = np.full(len(polls.poses), len(settings.field.tables) - 1)
     if settings.distances_mm:
         distances = polls.read_distance_mm[rows]

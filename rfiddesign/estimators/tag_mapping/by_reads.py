@@ -21,7 +21,7 @@ from rfiddesign.estimators.tag_mapping.window import (
     peak,
     weigh_by_ellipses,
 )
-from rfiddesign.floor.mapped_tags import MappedTags
+from rfiddesign.floor.mapped_tags import MappedTags, mapped_tags
 from rfiddesign.models.polls import Polls
 
 
@@ -96,10 +96,7 @@ def map_tags(settings: ByReads, polls: Polls) -> MappedTags:
             continue
         place, covariance = estimate(_after(settings, polls, rows, np.empty((0, 2))))
         tags.append(tag), places.append(place), covariances.append(covariance), n_reads.append(len(rows))
-    return MappedTags(
-        np.array(tags, np.int64), np.array(places, float).reshape(-1, 2), np.array(covariances, float).reshape(-1, 2, 2),
-        np.array(n_reads, np.int64),
-    )  # fmt: skip
+    return mapped_tags(tags, places, covariances, n_reads)
 
 
 def _after(settings: ByReads, polls: Polls, rows: np.ndarray, places: np.ndarray) -> Belief:
@@ -113,8 +110,8 @@ def _after(settings: ByReads, polls: Polls, rows: np.ndarray, places: np.ndarray
     window = flat_window(poses[0, :2], settings.radius_mm, settings.cell_mm)
     n = len(window.logs)
     _, lowered = kernels.weigh_by_reads(
-        window.logs, *window.low_mm, window.cell_mm, poses, ellipses, said[0].ratio, MAX_EXACT, 0.0,
-        np.empty(n, np.int32), np.empty(n, np.float32), places,
+        window.logs, np.array(window.box), *window.low_mm, window.cell_mm, poses, ellipses, said[0].ratio, MAX_EXACT,
+        0.0, np.empty(n, np.int32), np.empty(n, np.float32), places,
     )  # fmt: skip
     places[:] = np.array(window.centre_mm) + window.cell_mm * places
     scale = window.log_scale + lowered + sum(said[k].far_log for k in which.tolist())

@@ -34,12 +34,19 @@ class Window:
     cell_mm : side of a cell [mm].
     logs : (n, n) float32, n odd: logarithms of masses by y (rows) and x; minus infinity where the tag cannot be.
     log_scale : what is to be added to all of them for the chance of all that was observed, with the tag in the cell.
+    box : rows box[0] to box[1] - 1 and columns box[2] to box[3] - 1 hold all mass; the whole window if not given.
     """
 
     centre_mm: tuple[float, float]
     cell_mm: float
     logs: np.ndarray
     log_scale: float = 0.0
+    box: tuple[int, int, int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.box is None:
+            n = len(self.logs)
+            object.__setattr__(self, "box", (0, n, 0, n))
 
     @property
     def low_mm(self) -> tuple[float, float]:
@@ -125,13 +132,14 @@ def weigh_by_words(window: Window, poses: ArrayLike, said: ArrayLike, field: Log
     n_things, _, n_v = field.tables.shape
     if said.size and not 0 <= said.min() <= said.max() < n_things:
         raise ValueError(f"said has a number outside 0 to {n_things - 1}, the field's tables")
-    logs, n = window.logs.copy(), len(window.logs)
+    logs, box, n = window.logs.copy(), np.array(window.box), len(window.logs)
     kernels.weigh_by_polls(
-        logs, np.array([0, n, 0, n]), *window._frame, poses, said, field.tables.reshape(n_things, -1), n_v,
+        logs, box, *window._frame, poses, said, field.tables.reshape(n_things, -1), n_v,
         field.low_u, field.low_v, field.cell_mm, np.empty(n, np.int32), np.empty((2, n), np.float32),
         np.empty(n, np.float32),
     )  # fmt: skip
-    return replace(window, logs=logs, log_scale=window.log_scale + float(field.far[said].sum()))
+    scale = window.log_scale + float(field.far[said].sum())
+    return replace(window, logs=logs, log_scale=scale, box=tuple(box.tolist()))
 
 
 def moments(window: Window) -> tuple[np.ndarray, np.ndarray]:
@@ -149,9 +157,9 @@ def log_evidence(window: Window) -> float:
 
 def peak(window: Window) -> np.ndarray:
     """Centre of gravity (2,) [mm] of the cells with the largest mass."""
-    n = len(window.logs)
-    best = kernels.largest(window.logs, np.empty(n, np.float32))
-    _, x, y = kernels.peak(window.logs, best, np.empty(n, np.int32))
+    n, box = len(window.logs), np.array(window.box)
+    best = kernels.largest(window.logs, box, np.empty(n, np.float32))
+    _, x, y = kernels.peak(window.logs, box, best, np.empty(n, np.int32))
     return np.array(window.centre_mm) + window.cell_mm * np.array([x, y])
 
 
@@ -181,9 +189,9 @@ def _normalized(window: Window) -> Window:
 
 def _moments(window: Window) -> np.ndarray:
     """The six of `moments_of_sums`, and the largest logarithm."""
-    n, told = len(window.logs), np.zeros(7)
-    told[6] = kernels.largest(window.logs, np.empty(n, np.float32))
+    n, box, told = len(window.logs), np.array(window.box), np.zeros(7)
+    told[6] = kernels.largest(window.logs, box, np.empty(n, np.float32))
     if not math.isfinite(told[6]):
         raise ValueError("window: no cell has any mass")
-    kernels.moments(window.logs, told[6], np.empty((3, n)), told[:6])
+    kernels.moments(window.logs, box, told[6], np.empty((3, n)), told[:6])
     return told
