@@ -23,7 +23,7 @@ def measure(
 ) -> tuple[list[Row], dict[str, Figure]]:
     """The line experiments and the office; see `kinds.Kind`."""
     file, published = loaded.file, loaded.expected.published
-    rows = line.measure(file, published, on_progress, is_quick=is_quick)
+    rows = line.measure(file, published, n_workers, on_progress, is_quick=is_quick)
     more, runs = office.measure(file, published, n_workers, on_progress, is_quick=is_quick)
     return [*rows, *more], {
         "line": figures.line_figure(file),

@@ -1,5 +1,6 @@
 """The line experiments of tag_mapping_adaptive_likelihood (section IV-B): past one tag, turn, and back."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,8 +87,9 @@ def metrics_of(models: dict[str, by_reads.ByReads], past: LineDrive) -> dict[str
 
 
 def measure(
-    file: TagMappingFile, published: dict[str, Published], on_progress: OnProgress, *, is_quick: bool
-) -> list[Row]:
+    file: TagMappingFile, published: dict[str, Published], n_workers: int | None, on_progress: OnProgress, *,
+    is_quick: bool,
+) -> list[Row]:  # fmt: skip
     """All offsets with and without desk, and what becomes of them with other ellipses and signals."""
     line, rows = file.line, []
     n_runs = line.quick_runs if is_quick else line.runs
@@ -107,11 +109,16 @@ def measure(
         for offset in line.offsets_mm
     ]
     count = counter("line experiments", len(cases), on_progress)
-    for table, row, offset, signal, length in cases:
+
+    def errors_of(case: tuple) -> list[dict[str, float]]:
+        _, _, offset, signal, length = case
         models = papers_models(file.mapping, length)
-        runs = [metrics_of(models, drive(file, offset, signal, run)) for run in range(n_runs)]
-        printed = published.get(table, {}).get(row, {})
-        for metric in METRICS if table == TABLE else GAINS:
-            rows.append(row_of(table, row, metric, np.array([run[metric] for run in runs]), printed.get(metric)))
-        count()
+        return [metrics_of(models, drive(file, offset, signal, run)) for run in range(n_runs)]
+
+    with ThreadPoolExecutor(n_workers) as pool:
+        for (table, row, *_), runs in zip(cases, pool.map(errors_of, cases), strict=True):
+            printed = published.get(table, {}).get(row, {})
+            for metric in METRICS if table == TABLE else GAINS:
+                rows.append(row_of(table, row, metric, np.array([run[metric] for run in runs]), printed.get(metric)))
+            count()
     return rows
