@@ -22,6 +22,8 @@ Changes = dict[str, Any]
 # An estimator and a condition together name a row.
 NamePart = Annotated[str, Field(max_length=49, pattern=r"^[^\x00-\x1f\x7f]+$")]
 MAX_ROWS = 1000
+# The kind of reproduction whose study file need not name it.
+FLOOR = "floor"
 
 
 class RouteSection(Section):
@@ -148,12 +150,19 @@ class AntennaSection(Section):
         return self
 
 
-class ReproductionFile(Section):
-    """A reproduction: the published system as data."""
+class ReproductionHead(Section):
+    """What the study file of every kind of reproduction says."""
 
+    kind: str
     title: Annotated[str, Field(min_length=1, max_length=200)]
     source: Annotated[str, Field(min_length=1, max_length=500)]
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 1
+
+
+class ReproductionFile(ReproductionHead):
+    """A reproduction of floor systems: the published ones as data."""
+
+    kind: Literal["floor"] = FLOOR
     runs: Runs = Field(100, description="runs per row")
     quick_runs: Runs = Field(5, description="runs per row with --quick")
     analysis: Analysis = Field("none", description="what is worked out beside the rows")

@@ -1,12 +1,13 @@
 """What an analysis gets to see of a reproduction: what was measured, and the means to simulate more."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from rfiddesign.reproduce.cases import Case, case_of
 from rfiddesign.reproduce.config import RowSection
-from rfiddesign.reproduce.load import Case, Reproduction, case_of
 from rfiddesign.reproduce.measure import Errors, measure
+from rfiddesign.reproduce.progress import OnProgress, counter
+from rfiddesign.reproduce.reproduction import Reproduction
 from rfiddesign.reproduce.rows import Row
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.run import Trace
@@ -31,7 +32,7 @@ class Context:
     n_workers: int | None
     rows: tuple[Row, ...]
     errors: dict[tuple[str, str], Errors]
-    on_progress: Callable[[str, int, int], None]
+    on_progress: OnProgress
 
     def section(self, table: str, row: str) -> RowSection:
         """The row of the study file of that name."""
@@ -45,14 +46,8 @@ class Context:
 
     def measure(self, case: Case, n_runs: int, what: str) -> Errors:
         """Metrics of each of `n_runs` runs of a case."""
-        done = 0
-
-        def count() -> None:
-            nonlocal done
-            done += 1
-            self.on_progress(what, done, n_runs)
-
-        return measure(case, n_runs, self.loaded.file.seed, self.n_workers, count)
+        progress = counter(what, n_runs, self.on_progress)
+        return measure(case, n_runs, self.loaded.file.seed, self.n_workers, progress)
 
     def traces(self, table: str, rows: tuple[str, ...]) -> dict[str, Trace]:
         """Run 0 of some rows of a table, step by step."""

@@ -1,54 +1,15 @@
-"""Find and read a reproduction, and make its cases ready to be simulated."""
+"""Find and read a reproduction."""
 
-import math
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from rfiddesign.catalog import Antenna, antenna
-from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
-from rfiddesign.floor import Floor, rectangle_floor
-from rfiddesign.geometry import LAYOUTS, Disc, ReaderLayout, Rectangle, make_layout, make_pattern, single
-from rfiddesign.reproduce.config import CaseSection, ExpectedFile, ReproductionFile, RouteSection, RowSection
-from rfiddesign.simulation.fixed_route import FixedRoute, circle
-from rfiddesign.simulation.scenario import Routes, Scenario
-from rfiddesign.study.estimators import estimators_of, world_of
+from rfiddesign.reproduce.config import FLOOR, ExpectedFile
+from rfiddesign.reproduce.kinds import KINDS
+from rfiddesign.reproduce.reproduction import Reproduction
 from rfiddesign.study.toml_file import read_toml, validate
 
 FILE_NAME, EXPECTED_NAME = "study.toml", "expected.toml"
 STUDIES = "studies"
-# The robot's body plays no role on these floors, which have no walls.
-_FOOTPRINT_MM = 100.0
-
-
-@dataclass(frozen=True)
-class Reproduction:
-    """A reproduction as read.
-
-    Parameters
-    ----------
-    path : its study file.
-    file, expected : contents of its two files.
-    """
-
-    path: Path
-    file: ReproductionFile
-    expected: ExpectedFile
-
-    @property
-    def name(self) -> str:
-        """Name of the folder."""
-        return self.path.resolve().parent.name
-
-
-@dataclass(frozen=True)
-class Case:
-    """A case ready to be simulated."""
-
-    section: CaseSection
-    design: Design
-    scenario: Scenario
 
 
 def load_reproduction(name: str) -> Reproduction:
@@ -61,109 +22,16 @@ def load_reproduction(name: str) -> Reproduction:
     folder = _folder_of(name)
     path = folder / FILE_NAME
     data = read_toml(path)
-    if not {"rows", "grids"} & data.keys():
+    if not {"rows", "grids", "kind"} & data.keys():
         raise StudyError("is no reproduction (it has no rows); use `rfiddesign run`", file=path)
-    file = validate(ReproductionFile, data, path).with_grids()
+    named = data.get("kind", FLOOR)
+    if not isinstance(named, str) or named not in KINDS:
+        raise StudyError(f"found {named!r}, must be one of {', '.join(KINDS)}", file=path, key="kind")
+    kind = KINDS[named]
+    file = validate(kind.File, data, path)
     expected_path = folder / EXPECTED_NAME
     expected = validate(ExpectedFile, read_toml(expected_path), expected_path) if expected_path.exists() else None
-    loaded = Reproduction(path, file, expected or ExpectedFile())
-    for row in file.rows:
-        case_of(loaded, row)
-    return loaded
-
-
-def case_of(loaded: Reproduction, row: RowSection) -> Case:
-    """The case of a row."""
-    key = f"rows ({row.table}, {row.row})"
-    data = _copy(loaded.file.base)
-    for path, value in row.set.items():
-        *tables, last = path.split(".")
-        target = data
-        for table in tables:
-            target = target.setdefault(table, {})
-            if not isinstance(target, dict):
-                raise StudyError(f"{path} is set below a value that is no table", file=loaded.path, key=key)
-        if path in ("tags_per_m2", "pitch_mm"):
-            data.pop("pitch_mm", None), data.pop("tags_per_m2", None)
-        target[last] = _copy(value)
-    try:
-        section = validate(CaseSection, data, loaded.path)
-    except StudyError as error:
-        place = f"{key}: {error.key}" if error.key else key
-        raise StudyError(error.problem, file=loaded.path, key=place) from None
-    try:
-        return build_case(section, loaded.file)
-    except ValueError as error:
-        raise StudyError(str(error), file=loaded.path, key=key) from None
-
-
-def build_case(section: CaseSection, file: ReproductionFile) -> Case:
-    """Design and scenario of a case; ValueError for what is unknown or out of bounds."""
-    pattern = make_pattern(section.pattern, tags_per_m2=section.tags_per_m2, pitch_mm=section.pitch_mm)
-    design = Design(_layout(section.layout, file.layouts), _antenna(section.antenna, file), pattern)
-    length, width = (1e3 * side for side in section.floor_m)
-    floor = rectangle_floor(length, width, _FOOTPRINT_MM)
-    route = _route(section.route, floor)
-    duration = section.duration_s
-    if duration is None:
-        if not isinstance(route, FixedRoute):
-            raise ValueError("duration_s is missing: random routes have no end")
-        # A last step that the route fills in part only would count the robot standing.
-        duration = math.floor(route.duration_s / section.dt_s + 1e-6) * section.dt_s
-    scenario = Scenario(
-        floor=floor,
-        routes=route,
-        world=world_of(section.world),
-        estimator=estimators_of(section, section.world, section.route.speed_mm_per_s)[section.estimator],
-        start=section.start,
-        duration_s=duration,
-        dt_s=section.dt_s,
-        settle_s=section.settle_s,
-        start_offset=(*section.start_offset_mm, section.start_offset_rad),
-        is_delay_known=section.world.is_delay_known,
-    )
-    return Case(section, design, scenario)
-
-
-def _route(section: RouteSection, floor: Floor) -> FixedRoute | Routes:
-    turn_rate = math.radians(section.turn_rate_deg_per_s)
-    if section.kind == "random":
-        headings = ("along",) if section.heading_deg is None else ("constant",)
-        return Routes((section.speed_mm_per_s,), section.aligned_share, headings, turn_rate)
-    if section.kind == "circle":
-        low_x, low_y, high_x, high_y = floor.navigable_bounds
-        centre = section.centre_mm or ((low_x + high_x) / 2, (low_y + high_y) / 2)
-        waypoints = circle(tuple(centre), section.radius_mm, section.laps, math.radians(section.start_deg))
-    else:
-        waypoints = tuple(map(tuple, section.waypoints_mm))
-    return FixedRoute(
-        waypoints,
-        section.speed_mm_per_s,
-        None if section.heading_deg is None else math.radians(section.heading_deg),
-        turn_rate,
-        section.stay_s,
-        section.shift_mm,
-        section.is_turned,
-    )
-
-
-def _antenna(name: str, file: ReproductionFile) -> Antenna:
-    own = file.antennas.get(name)
-    if own is None:
-        return antenna(name)
-    if own.disc_radius_mm is not None:
-        return Antenna(name, (2 * own.disc_radius_mm,) * 2, Disc(own.disc_radius_mm), own.source)
-    return Antenna(name, tuple(own.rectangle_mm), Rectangle(*own.rectangle_mm), own.source)
-
-
-def _layout(name: str, own: dict[str, dict[str, Any]]) -> ReaderLayout:
-    if name in own:
-        return make_layout({**own[name], "name": name})
-    if name == "single":
-        return single()
-    if name not in LAYOUTS:
-        raise ValueError(f"layout is {name!r}, must be one of {', '.join([*own, 'single', *LAYOUTS])}")
-    return make_layout(name)
+    return kind.prepared(Reproduction(path, file, expected or ExpectedFile()))
 
 
 def _folder_of(name: str) -> Path:
@@ -179,7 +47,3 @@ def _folder_of(name: str) -> Path:
         + (f"; known: {', '.join(known)}" if known else ""),
         file="reproduce",
     )
-
-
-def _copy(data: Any) -> Any:
-    return {key: _copy(value) for key, value in data.items()} if isinstance(data, dict) else data

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rfiddesign.metrics import convergence_time, summarize
-from rfiddesign.reproduce.load import Case
+from rfiddesign.reproduce.cases import Case
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.simulation.run import Trace
 

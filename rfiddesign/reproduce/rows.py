@@ -9,6 +9,8 @@ import numpy as np
 from rfiddesign.reproduce.config import ClaimSection
 
 SIGNIFICANT_DIGITS = 6
+# Units by the suffix of a metric's name.
+_UNITS = {"_mm": "mm", "_mrad": "mrad", "_rad": "rad", "_deg": "deg", "_cm": "cm", "_m": "m", "_s": "s"}
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def unit_of(metric: str) -> str:
     name = name.removesuffix("_max")
     if name == "us_per_step":
         return "us"
-    for suffix, unit in (("_mm", "mm"), ("_mrad", "mrad"), ("_rad", "rad"), ("_deg", "deg"), ("_m", "m")):
+    for suffix, unit in _UNITS.items():
         if f"_{name}".endswith(suffix):
             return unit + power
     return "1"

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 
-from rfiddesign.reproduce.load import Case
+from rfiddesign.reproduce.cases import Case
 from rfiddesign.simulation.monte_carlo import Job, Simulator
 
 #: The metric of a row that asks for it.

@@ -14,7 +14,8 @@ from rfiddesign.geometry import Disc, compose, listed
 from rfiddesign.models.motion import DifferentialMotion, OmnidirectionalMotion
 from rfiddesign.models.recording import Recording
 from rfiddesign.models.robot import Robot
-from rfiddesign.reproduce.load import case_of, load_reproduction
+from rfiddesign.reproduce.cases import case_of
+from rfiddesign.reproduce.load import load_reproduction
 from rfiddesign.reproduce.measure import measure
 from tests.benchmarks.board import Row, race
 from tests.benchmarks.scene import FLOOR, make_scene

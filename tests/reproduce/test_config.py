@@ -4,8 +4,8 @@ import pytest
 
 from rfiddesign.errors import StudyError
 from rfiddesign.reproduce import load_reproduction, reproduce
+from rfiddesign.reproduce.cases import case_of
 from rfiddesign.reproduce.config import MAX_ROWS, GridSection
-from rfiddesign.reproduce.load import case_of
 
 LAST_LINE = "runs = 3"
 GRID = """

@@ -6,7 +6,7 @@ from functools import cache
 import pytest
 
 from rfiddesign.reproduce import load_reproduction, reproduce
-from rfiddesign.reproduce.load import case_of
+from rfiddesign.reproduce.cases import case_of
 
 NAME = "estimator-robustness"
 TABLES = ("8x100", "8x16", "4x25", "1x16", "navifloor", "navifloor-rssi")

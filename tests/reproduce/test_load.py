@@ -10,8 +10,8 @@ from rfiddesign.errors import StudyError
 from rfiddesign.estimators.geometric import Geometric
 from rfiddesign.estimators.mcl import Mcl
 from rfiddesign.reproduce import load_reproduction
+from rfiddesign.reproduce.cases import case_of
 from rfiddesign.reproduce.context import Context
-from rfiddesign.reproduce.load import case_of
 from rfiddesign.simulation.fixed_route import FixedRoute
 from rfiddesign.simulation.scenario import Routes
 
@@ -45,6 +45,8 @@ STUDY_FAULTS = {
     "a row twice": ('row = "odometry"', 'row = "MCL"', "rows names (table 1, MCL) twice"),
     "a row without a name": ('row = "MCL"', "", "rows.0.row: is missing"),
     "no analysis of that name": ("seed = 3", 'seed = 3\nanalysis = "all"', "analysis: found 'all'; input should be"),
+    "no such kind": ("seed = 3", 'seed = 3\nkind = "moon"', "kind: found 'moon', must be one of floor"),
+    "no kind at all": ("seed = 3", "seed = 3\nkind = [1]", "kind: found [1], must be one of floor"),
     "not TOML": ("seed = 3", "seed = = 3", "is not TOML: Invalid value (at line 4, column 8)"),
 }
 

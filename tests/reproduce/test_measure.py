@@ -8,7 +8,7 @@ import pytest
 
 from rfiddesign.evaluate import evaluate
 from rfiddesign.reproduce import load_reproduction
-from rfiddesign.reproduce.load import case_of
+from rfiddesign.reproduce.cases import case_of
 from rfiddesign.reproduce.measure import METRICS, measure, metrics_of
 from rfiddesign.simulation.run import Trace
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from rfiddesign.reproduce import load_reproduction, reproduce
-from rfiddesign.reproduce.load import case_of
+from rfiddesign.reproduce.cases import case_of
 from rfiddesign.reproduce.timing import us_per_step
 from rfiddesign.simulation.monte_carlo import Simulator
 
