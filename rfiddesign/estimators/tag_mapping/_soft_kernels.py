@@ -1,93 +1,72 @@
-"""What a survey's polls say of where one tag lies, on a grid of places, compiled; the readable caller is soft_grid.py."""
+"""Visits of a survey weigh a tag's window, each as far off as the reference may be, compiled; see soft_grid.py."""
 
 import math
 
 import numpy as np
 
+from rfiddesign.estimators.tag_mapping._window_kernels import largest, weigh_by_table
 from rfiddesign.numerics._compile_kernels import kernel
 
 # Below this a blurred likelihood counts as this: its logarithm must be finite.
-_LEAST = 1e-300
+_LEAST = np.float32(1e-37)
 
 
 @kernel
-def add_polls(x, y, yaw, outcome, first, last, tables, table_cell, reach, cell, field):
-    """Add the log likelihood of polls first..last-1 to `field` (n, n); returns what is to be added everywhere.
+def add_blurred(field, taps, along, weight, logs):
+    """Blur exp(`field`) (n + 2 p, n + 2 p) by `taps` (2 p + 1,) along both axes; add `weight` times its log to `logs`.
 
-    Parameters
-    ----------
-    x, y, yaw : (p,) places of the antennas about the grid's centre [mm], and their directions.
-    outcome : (p,) table that each poll asks.
-    tables : (n_outcomes, a, b) log likelihoods in cells of `table_cell` mm about the antenna; those on the border hold
-        for every place beyond, and for every place farther than `reach` mm from the antenna.
-    cell : side of a cell of the grid [mm]; cell (i, j) has its centre at ((i, j) - (n - 1) / 2) times that.
+    `logs` (n, n) is the middle of the field, whose rim the blur uses up; `along` (n + 2 p, n) is room.  Returns what
+    is to be added to all of `logs`.
     """
-    n, a, b = field.shape[0], tables.shape[1], tables.shape[2]
-    middle, everywhere = 0.5 * (n - 1), 0.0
-    for k in range(first, last):
-        table = tables[outcome[k]]
-        beyond = table[0, 0]
-        everywhere += beyond
-        s, c = math.sin(yaw[k]), math.cos(yaw[k])
-        low_i = max(int(math.ceil((x[k] - reach) / cell + middle)), 0)
-        high_i = min(int(math.floor((x[k] + reach) / cell + middle)), n - 1)
-        for i in range(low_i, high_i + 1):
-            dx = (i - middle) * cell - x[k]
-            span = math.sqrt(max(reach * reach - dx * dx, 0.0))
-            low_j = max(int(math.ceil((y[k] - span) / cell + middle)), 0)
-            high_j = min(int(math.floor((y[k] + span) / cell + middle)), n - 1)
-            for j in range(low_j, high_j + 1):
-                dy = (j - middle) * cell - y[k]
-                row = int(math.floor((c * dx + s * dy) / table_cell + 0.5 * a))
-                column = int(math.floor((c * dy - s * dx) / table_cell + 0.5 * b))
-                if 0 <= row < a and 0 <= column < b:
-                    field[i, j] += table[row, column] - beyond
-    return everywhere
-
-
-@kernel
-def log_blurred(field, taps, total, weight, everywhere):
-    """Blur exp(`field`) (n + 2 p, n + 2 p) by `taps` (2 p + 1,) along both axes; add `weight` times its log to `total`.
-
-    `total` (n, n) is the middle of the field, whose rim the blur uses up; `everywhere` is added to the logarithm.
-    """
-    n, wide = total.shape[0], field.shape[0]
-    most = field.max()
-    along = np.zeros((wide, n))
-    for i in range(wide):
+    n, wide = logs.shape[0], field.shape[0]
+    most = largest(field, np.empty(wide, np.float32))
+    for row in range(wide):
+        cells, to = field[row], along[row]
         for j in range(wide):
-            field[i, j] = math.exp(field[i, j] - most)
+            cells[j] = math.exp(cells[j] - most)
+        to[:] = 0.0
         for k in range(taps.shape[0]):
             for j in range(n):
-                along[i, j] += taps[k] * field[i, j + k]
-    for i in range(n):
-        row = np.zeros(n)
+                to[j] += taps[k] * cells[j + k]
+    blurred, factor = np.empty(n, np.float32), np.float32(weight)
+    for row in range(n):
+        blurred[:] = 0.0
         for k in range(taps.shape[0]):
+            cells = along[row + k]
             for j in range(n):
-                row[j] += taps[k] * along[i + k, j]
+                blurred[j] += taps[k] * cells[j]
         for j in range(n):
-            total[i, j] += weight * (math.log(max(row[j], _LEAST)) + most + everywhere)
+            logs[row, j] += factor * math.log(max(blurred[j], _LEAST))
+    return weight * most
 
 
 @kernel
-def add_visits(x, y, yaw, outcome, visit_start, weights, model, cell, total):
-    """Add what visits say of the tag to the log likelihood `total` (n, n).
+def add_visits(poses, outcome, visit_start, weights, tables, frame, taps, cell, logs):
+    """Add what visits say of the tag to the window `logs` (n, n); returns what is to be added to all of it.
 
     In each visit the reference was off by some shift, which is unknown and the same for all of the visit's polls: their
     joint likelihood is blurred by how far that may be.
 
     Parameters
     ----------
-    x, y, yaw, outcome : as in `add_polls`, by visit.
+    poses, outcome : (m, 3) antennas about the window's middle, and the table that each poll asks, by visit.
     visit_start : (n_visits + 1,) first poll of each visit.
     weights : (n_visits,) power to which the likelihood of each is taken.
-    model : (tables, table_cell, reach, taps), as in `add_polls` and `log_blurred`.
+    tables : (n_outcomes, n_u * n_v) as `weigh_by_table` takes one; frame : (n_v, low_u, low_v, cell) of all.
+    taps : (2 p + 1,) float32, the blur in steps of `cell` mm, which is the side of the window's cells.
     """
-    tables, table_cell, reach, taps = model
-    wide = total.shape[0] + taps.shape[0] - 1
+    n_v, low_u, low_v, table_cell = frame
+    n = logs.shape[0]
+    wide = n + taps.shape[0] - 1
+    low, everywhere = -(wide // 2) * cell, 0.0
+    field, along = np.empty((wide, wide), np.float32), np.empty((wide, n), np.float32)
+    at, parts = np.empty(wide, np.int32), np.empty((2, wide), np.float32)
     for v in range(visit_start.shape[0] - 1):
-        field = np.zeros((wide, wide))
-        everywhere = add_polls(
-            x, y, yaw, outcome, visit_start[v], visit_start[v + 1], tables, table_cell, reach, cell, field
-        )  # fmt: skip
-        log_blurred(field, taps, total, weights[v], everywhere)
+        field[:] = 0.0
+        for k in range(visit_start[v], visit_start[v + 1]):
+            weigh_by_table(
+                field, low, low, cell, poses[k, 0], poses[k, 1], poses[k, 2], tables[outcome[k]], n_v, low_u, low_v,
+                table_cell, at, parts,
+            )  # fmt: skip
+        everywhere += add_blurred(field, taps, along, weights[v], logs)
+    return everywhere

@@ -21,18 +21,19 @@ in view, the last is weaker: a tag in view beside the one that answered would ha
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rfiddesign import require
 from rfiddesign.estimators.tag_mapping import _soft_kernels as kernels
+from rfiddesign.estimators.tag_mapping.window import Window, gaussian_window, log_evidence, moments
+from rfiddesign.models.log_field import log_field
 from rfiddesign.models.robot import Robot
-from rfiddesign.models.soft_field import read_tables
 
 #: Tables of what a poll says of a tag.
 NOTHING, READ, ANOTHER = 0, 1, 2
-# A stationary robot would make visits without an end.
+# Cells per side of a window, with the rim that a blur uses up.
 _MOST_CELLS = 400
 # The prior and the blur are done with beyond so many sigmas.
 _PRIOR_SIGMAS, _BLUR_SIGMAS = 4.0, 3.0
@@ -77,35 +78,29 @@ class ReferenceError:
 
 @dataclass(frozen=True, eq=False)
 class SoftGrid:
-    """Places about a centre, with what is needed to weigh them; made once for all tags of a survey.
+    """What is needed to weigh places about any centre; made once for all tags of a survey.
 
     Parameters
     ----------
-    n : cells per side; cell_mm : their side.
-    log_prior : (n, n) logarithm of the prior's share in each cell.
-    model : tables, their cell, the distance beyond which a place is out of reach, and the blur, as the kernel takes
-        them.
+    prior : window about (0, 0) with the prior in it.
+    tables : (3, n_u * n_v) float32 log likelihoods of NOTHING, READ and ANOTHER, relative to those far away.
+    frame : entries per row of a table, place of the first [mm, mm], way from entry to entry [mm].
+    taps : (2 p + 1,) float32 blur in steps of a cell.
+    far_read : log likelihood of a read far away.
+    reach_mm : distance from an antenna beyond which all places are alike to it [mm].
     """
 
-    n: int
-    cell_mm: float
-    log_prior: np.ndarray
-    model: tuple
-
-    @property
-    def reach_mm(self) -> float:
-        """Distance from an antenna beyond which all places are alike to it [mm]."""
-        return self.model[2]
+    prior: Window
+    tables: np.ndarray
+    frame: tuple[int, float, float, float]
+    taps: np.ndarray
+    far_read: float
+    reach_mm: float
 
     @property
     def half_mm(self) -> float:
-        """Half the side of the grid with the rim that the blur uses up."""
-        return 0.5 * self.cell_mm * (self.n + self.model[3].size - 1)
-
-    @property
-    def axis_mm(self) -> np.ndarray:
-        """Centres of the cells along an axis (n,), about the grid's centre."""
-        return self.cell_mm * (np.arange(self.n) - 0.5 * (self.n - 1))
+        """Half the side of the window with the rim that the blur uses up [mm]."""
+        return 0.5 * self.prior.cell_mm * (len(self.prior.logs) + self.taps.size - 1)
 
 
 @dataclass(frozen=True)
@@ -114,7 +109,7 @@ class Posterior:
 
     Parameters
     ----------
-    mean_mm : (2,) about the grid's centre [mm]; covariance_mm2 : (2, 2), the cells' own spread included.
+    mean_mm : (2,) about the prior's centre [mm]; covariance_mm2 : (2, 2).
     log_evidence : logarithm of the chance of all that was polled, had the tag's place come from the prior.
     """
 
@@ -124,69 +119,47 @@ class Posterior:
 
 
 def soft_grid(robot: Robot, reference: ReferenceError, prior_mm: float, visit_s: float) -> SoftGrid:
-    """Lay a grid for tags with a prior of `prior_mm` per axis, passed over in `visit_s` seconds."""
+    """Make ready for tags with a prior of `prior_mm` per axis, passed over in `visit_s` seconds."""
     require.within("prior_mm", prior_mm, low=0.1, high=1000.0)
-    shift_mm = reference.pose_mm * math.sqrt(reference.mean_share(visit_s))
-    finest = min(prior_mm, max(reference.pose_mm, _BORDER_MM))
-    cell = min(max(finest / _CELLS_PER_SIGMA, _LEAST_CELL_MM), _MOST_CELL_MM)
-    n = 2 * math.ceil(_PRIOR_SIGMAS * prior_mm / cell) + 1
-    rim = math.ceil(_BLUR_SIGMAS * shift_mm / cell)
-    if n + 2 * rim > _MOST_CELLS:
-        cell *= (n + 2 * rim) / _MOST_CELLS
-        n, rim = 2 * math.ceil(_PRIOR_SIGMAS * prior_mm / cell) + 1, math.ceil(_BLUR_SIGMAS * shift_mm / cell)
+    share = reference.mean_share(visit_s)
+    shift_mm = reference.pose_mm * math.sqrt(share)
+    cell = min(max(min(prior_mm, reference.pose_mm) / _CELLS_PER_SIGMA, _LEAST_CELL_MM), _MOST_CELL_MM)
+    # As fine as it may be, the prior at least three cells wide.
+    cell = min(max(cell, 2.0 * (_PRIOR_SIGMAS * prior_mm + _BLUR_SIGMAS * shift_mm) / _MOST_CELLS), 2.0 * prior_mm)
+    prior = gaussian_window((0.0, 0.0), prior_mm**2 * np.eye(2), _PRIOR_SIGMAS * prior_mm, cell)
     arms = np.hypot(*np.asarray(robot.layout.poses_mm)[:, :2].T)
     softness = math.sqrt(
         _BORDER_MM**2
-        + reference.pose_mm**2 * (1.0 - reference.mean_share(visit_s))
+        + reference.pose_mm**2 * (1.0 - share)
         + reference.heading_rad**2 * float(np.mean(arms**2))
         + cell**2 / 12.0
     )
-    tables, table_cell = outcome_tables(robot, softness)
+    field = log_field(robot.area, softness, float(robot.reads.read_probability))
+    another = field.silent if robot.reads.answers == "all" else np.log1p(0.5 * np.expm1(field.silent))
+    tables = np.array([field.silent.ravel(), field.read.ravel(), another.ravel()], np.float32)
+    rim = math.ceil(_BLUR_SIGMAS * shift_mm / cell)
     taps = np.exp(-0.5 * (cell * np.arange(-rim, rim + 1) / shift_mm) ** 2) if rim else np.ones(1)
-    along = -0.5 * (cell * (np.arange(n) - 0.5 * (n - 1)) / prior_mm) ** 2
-    prior = along[:, None] + along
-    prior -= np.log(np.exp(prior).sum())
-    return SoftGrid(n, cell, prior, (tables, table_cell, _reach(tables, table_cell), taps / taps.sum()))
+    frame = (field.read.shape[1], field.low_u, field.low_v, field.cell_mm)
+    return SoftGrid(prior, tables, frame, np.float32(taps / taps.sum()), field.far_read, field.reach_mm)
 
 
-def outcome_tables(robot: Robot, softness_mm: float) -> tuple[np.ndarray, float]:
-    """Log likelihoods (3, a, b) of NOTHING, READ and ANOTHER in cells about the antenna, and the side of a cell [mm]."""
-    tables, cell, _ = read_tables(robot.area, (), float(softness_mm), float(robot.reads.read_probability))
-    nothing = tables[-1].astype(float)
-    silent = nothing if robot.reads.answers == "all" else np.log1p(0.5 * np.expm1(nothing))
-    return np.ascontiguousarray([nothing, tables[0], silent], float), cell
-
-
-def _reach(tables: np.ndarray, cell: float) -> float:
-    """Distance beyond which no table differs from what holds far away by more than a billionth."""
-    u, v = (cell * (np.arange(n) - (n - 1) / 2) for n in tables.shape[1:])
-    differs = np.any(np.abs(tables - tables[:, :1, :1]) > 1e-9, axis=0)
-    return float(np.max(np.hypot(u[:, None], v)[differs], initial=0.0)) + cell
-
-
-def posterior(grid: SoftGrid, polls: tuple[np.ndarray, ...], visit_start: np.ndarray, weights: np.ndarray) -> Posterior:
+def posterior(
+    grid: SoftGrid, poses: np.ndarray, outcome: np.ndarray, visit_start: np.ndarray, weights: np.ndarray
+) -> Posterior:
     """The posterior of a tag.
 
     Parameters
     ----------
-    polls : x, y of the antenna about the grid's centre [mm], its direction, and what it says of the tag, (p,) each.
+    poses : (m, 3) antennas about the prior's centre [mm, mm, rad], visit by visit.
+    outcome : (m,) NOTHING, READ or ANOTHER: what each poll says of the tag.
     visit_start : (n_visits + 1,) first poll of each visit; weights : (n_visits,) of each.
     """
-    total = np.zeros((grid.n, grid.n))
-    x, y, yaw, outcome = polls
-    kernels.add_visits(x, y, yaw, outcome, visit_start, weights, grid.model, grid.cell_mm, total)
-    total += grid.log_prior
-    most = total.max()
-    mass = np.exp(total - most)
-    sum_ = float(mass.sum())
-    mass /= sum_
-    axis = grid.axis_mm
-    mean = np.array([mass.sum(axis=1) @ axis, mass.sum(axis=0) @ axis])
-    x_off, y_off = axis - mean[0], axis - mean[1]
-    covariance = np.array(
-        [
-            [mass.sum(axis=1) @ x_off**2, x_off @ mass @ y_off],
-            [x_off @ mass @ y_off, mass.sum(axis=0) @ y_off**2],
-        ]
+    logs = grid.prior.logs.copy()
+    poses, outcome = np.ascontiguousarray(poses, float), np.ascontiguousarray(outcome, np.int64)
+    scale = kernels.add_visits(
+        poses, outcome, visit_start, weights, grid.tables, grid.frame, grid.taps, grid.prior.cell_mm, logs
     )
-    return Posterior(mean, covariance + grid.cell_mm**2 / 12.0 * np.eye(2), float(most + math.log(sum_)))
+    of_visit = np.repeat(weights, np.diff(visit_start))
+    scale += grid.far_read * float(of_visit[outcome == READ].sum())
+    window = replace(grid.prior, logs=logs, log_scale=grid.prior.log_scale + scale)
+    return Posterior(*moments(window), log_evidence(window))

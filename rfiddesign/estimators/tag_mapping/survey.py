@@ -222,8 +222,7 @@ def _posterior(material: _Material, grid: SoftGrid, tag: int, centre: np.ndarray
     is_read = np.isin(near, reads, assume_unique=True)
     outcome = np.where(is_read, READ, np.where(material.polls.has_read[near], ANOTHER, NOTHING))
     start = material.visits(near)
-    polls = (*np.ascontiguousarray(offsets.T), outcome)
-    return posterior(grid, polls, start, _weights(material, near, start, is_read))
+    return posterior(grid, offsets, outcome, start, _weights(material, near, start, is_read))
 
 
 def _with(
