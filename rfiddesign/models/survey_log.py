@@ -89,6 +89,14 @@ class SurveyLog:
                              f" the schedule of {self.n_antennas}")  # fmt: skip
 
     @property
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """All that was recorded."""
+        return (
+            self.time_s, self.stretch, self.poses, self.first_poll_s, self.poll_period_s, self.read_time_s,
+            self.read_antenna, self.read_tag,
+        )  # fmt: skip
+
+    @property
     def n_antennas(self) -> int:
         """Antennas on the robot."""
         return len(self.first_poll_s)
@@ -115,6 +123,17 @@ class SurveyLog:
     def mean_speed_mm_per_s(self) -> float:
         """Way within the stretches over their duration [mm/s]."""
         return self.driven_mm / float(np.sum(self._ends_s - self._begins_s))
+
+    def before(self, stretch: int) -> "SurveyLog":
+        """The log without the stretch of that number and those after it."""
+        kept = self.stretch < stretch
+        if np.count_nonzero(kept) < 2:
+            raise ValueError(f"stretch is {stretch}: nothing was driven before")
+        is_read = self.read_time_s <= self.time_s[kept][-1] + _TIME_ROUNDING_S
+        return SurveyLog(
+            self.time_s[kept], self.stretch[kept], self.poses[kept], self.first_poll_s, self.poll_period_s,
+            self.read_time_s[is_read], self.read_antenna[is_read], self.read_tag[is_read],
+        )  # fmt: skip
 
     def polls(self, layout: ReaderLayout) -> Polls:
         """Every poll, with the place of its antenna by linear interpolation between poses.
@@ -160,7 +179,9 @@ class SurveyLog:
         stretch = np.searchsorted(self._begins_s, time - _TIME_ROUNDING_S, side="left") - 1
         within = np.clip(stretch, 0, None)
         k = number - first[within, antenna]
-        is_lost = (np.abs(position - number) > READ_TOLERANCE) | (stretch < 0) | (k < 0) | (k >= counts[within, antenna])
+        is_lost = (
+            (np.abs(position - number) > READ_TOLERANCE) | (stretch < 0) | (k < 0) | (k >= counts[within, antenna])
+        )
         if np.any(is_lost):
             i = _first(is_lost)
             raise ValueError(f"read {i} at {self.read_time_s[i]:.6f} s is of no poll of antenna {antenna[i]}")
@@ -168,7 +189,9 @@ class SurveyLog:
 
     def _antenna_poses(self, time: np.ndarray, antenna: np.ndarray, mounted: np.ndarray) -> np.ndarray:
         """Where antennas (n,) were at times (n,) within stretches."""
-        before = np.clip(np.searchsorted(self.time_s, time - _TIME_ROUNDING_S, side="left") - 1, 0, len(self.time_s) - 2)
+        before = np.clip(
+            np.searchsorted(self.time_s, time - _TIME_ROUNDING_S, side="left") - 1, 0, len(self.time_s) - 2
+        )
         share = (time - self.time_s[before]) / (self.time_s[before + 1] - self.time_s[before])
         step = self.poses[before + 1] - self.poses[before]
         # The short way round.

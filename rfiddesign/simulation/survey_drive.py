@@ -71,21 +71,24 @@ class SurveyDrive:
     log : what it recorded.
     true_poses : (m, 3) where the robot was in truth at the times of the log's poses.
     duration_s : time from the first lane to the last, ways between lanes included [s].
-    driven_mm : length of the lanes [mm].
-    n_lanes : how many.
+    lane_pass : (n_lanes,) pass that each lane belongs to.
     """
 
     log: SurveyLog
     true_poses: np.ndarray
     duration_s: float
-    driven_mm: float
-    n_lanes: int
+    lane_pass: np.ndarray
+
+    def first_passes(self, n: int) -> SurveyLog:
+        """The log of the first n passes."""
+        return self.log.before(int(np.count_nonzero(self.lane_pass < n)))
 
 
-def lanes_of(floor: Floor, plan: SurveyPlan) -> list[np.ndarray]:
-    """Lanes in the order in which they are driven: begin and end (2, 2) of each [mm], to and fro."""
+def lanes_of(floor: Floor, plan: SurveyPlan) -> tuple[list[np.ndarray], np.ndarray]:
+    """Lanes in the order in which they are driven, to and fro: begin and end (2, 2) [mm] and pass (n,) of each."""
     low_x, low_y, high_x, high_y = floor.navigable_bounds
     found: list[np.ndarray] = []
+    passes: list[int] = []
     n_driven = {True: 0, False: 0}
     n_of = {way: sum(plan.is_along_x(i) == way for i in range(plan.passes)) for way in (True, False)}
     for number in range(plan.passes):
@@ -104,7 +107,8 @@ def lanes_of(floor: Floor, plan: SurveyPlan) -> list[np.ndarray]:
             rows.sort(key=lambda piece: float(piece[:, 0 if way else 1].min()))
             rows = [np.sort(piece, axis=0) for piece in rows]
             found += [piece[::-1] for piece in reversed(rows)] if k % 2 else rows
-    return found
+            passes += [number] * len(rows)
+    return found, np.array(passes, np.int64)
 
 
 def drive_survey(
@@ -119,7 +123,7 @@ def drive_survey(
     ------
     ValueError : if the floor has no lane, or the lanes have over 5 million steps.
     """
-    lanes = lanes_of(floor, plan)
+    lanes, lane_pass = lanes_of(floor, plan)
     lengths = np.array([float(np.hypot(*(lane[1] - lane[0]))) for lane in lanes])
     if not lanes:
         raise ValueError(f"lane_pitch_mm is {plan.lane_pitch_mm:g}: the floor has no lane of {_LEAST_LANE_MM:g} mm")
@@ -143,7 +147,7 @@ def drive_survey(
         time, np.repeat(np.arange(len(lanes)), steps + 1), true + _reference_errors(time, reference, seed),
         *_schedule(rig.robot, plan.dt_s), *(np.concatenate(part) for part in zip(*reads, strict=True)),
     )  # fmt: skip
-    return SurveyDrive(log, true, float(time[-1]), float(lengths.sum()), len(lanes))
+    return SurveyDrive(log, true, float(time[-1]), lane_pass)
 
 
 def _begins(

@@ -28,6 +28,7 @@ from rfiddesign.study.sections import (
     Section,
     Share,
 )
+from rfiddesign.study.survey_config import SurveySection
 from rfiddesign.study.variants_config import ComparisonSection, Variants
 from rfiddesign.study.world_config import WorldSection
 
@@ -231,6 +232,7 @@ class StudyFile(EstimatorChoice):
     pareto: ParetoSection | None = None
     search: SearchSection = SearchSection()
     regimes: RegimesSection | None = Field(None, description="a map of the cheapest design over fleets and floors")
+    survey: SurveySection | None = Field(None, description="an as-built survey of the chosen design's floor")
     # Left out of what is saved and hashed: the study's own answer does not depend on them.
     variants: Variants = Field([], exclude=True, description="variants of this study, to be answered and compared")
     comparison: ComparisonSection = Field(ComparisonSection(), exclude=True)
@@ -294,6 +296,12 @@ class StudyFile(EstimatorChoice):
             check_whole(self.search)
             if self.explore is not None:
                 raise ValueError("regimes is for listed spaces, not for explore")
+        return self
+
+    @model_validator(mode="after")
+    def _listed_survey(self) -> "StudyFile":
+        if self.survey is not None and self.explore is not None:
+            raise ValueError("survey is for listed spaces, not for explore")
         return self
 
 

@@ -44,6 +44,8 @@ from rfiddesign.study.regimes_document import save_regimes
 from rfiddesign.study.routes_document import RoutesFound, save_routes, search_other_kinds
 from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.storage import RunTable
+from rfiddesign.study.survey import survey_chosen
+from rfiddesign.study.survey_document import save_survey
 
 # Runs of each chosen design that the report draws as curves.
 RUNS_TRACED = 8
@@ -98,6 +100,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
             answers = _search(study, candidates, costs, runs, budget, on_stage)
             cells = search_regimes(study, candidates, floor, runs, on_stage)
             others = search_other_kinds(study, candidates, answers, runs, on_stage)
+            survey = survey_chosen(study, candidates, floor, answers, simulator, on_stage)
         finally:
             runs.save()
         on_stage(Stage("saving"))
@@ -120,6 +123,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
             files.write_record(out / files.PLACEMENTS, placements)
         _save_plan(out, floor)
         save_regimes(out, study, candidates, floor, cells, digest)
+        save_survey(out, study, survey, digest)
         save_routes(out, RoutesFound(study, floor, candidates, answers, others), on_stage)
         _save_computing(out, findings)
         files.write_record(out / files.CERTIFICATE, certificate(findings, result, out))

@@ -1,4 +1,4 @@
-"""Posterior of one tag's place from a survey: soft detection field, reads and non-reads, unknown shifts of the reference.
+"""Posterior of one tag's place from a survey: soft field, reads and non-reads, unknown shifts of the reference.
 
 How the error of the reference is taken in
 ------------------------------------------

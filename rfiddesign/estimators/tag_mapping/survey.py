@@ -12,7 +12,7 @@
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,8 +109,9 @@ class _Material:
 
 
 def survey_tags(
-    log: SurveyLog, robot: Robot, nominal_mm: np.ndarray, installation_mm: float, reference: ReferenceError
-) -> SurveyedTags:
+    log: SurveyLog, robot: Robot, nominal_mm: np.ndarray, installation_mm: float, reference: ReferenceError,
+    apply: Callable[[Callable[[int], Posterior], Iterable[int]], Iterable[Posterior]] = map,
+) -> SurveyedTags:  # fmt: skip
     """Estimate where each tag of a floor lies from a survey's log.
 
     Parameters
@@ -120,6 +121,7 @@ def survey_tags(
     nominal_mm : (n, 2) where the plan has the tags [mm].
     installation_mm : standard deviation per axis of how far off it they lie, as declared [mm].
     reference : error of the reference localizer.
+    apply : `map`, or one that shares the work among threads.
 
     Raises
     ------
@@ -140,11 +142,15 @@ def survey_tags(
     grid = soft_grid(robot, reference, installation_mm, visit_s)
     lost = math.hypot(reference.pose_mm, robot.area.reach_mm)
     wide = soft_grid(robot, reference, lost, visit_s) if np.any(status == MISPLACED) else grid
+    about = np.where((partner >= 0)[:, None], nominal[partner], nominal)
+    about[status == MISPLACED] = centres[status == MISPLACED]
+
+    def place(i: int) -> Posterior:
+        return _posterior(material, wide if status[i] == MISPLACED else grid, i, about[i])
+
     means, covariances, silence = np.empty((n, 2)), np.empty((n, 2, 2)), np.zeros(n)
-    for i in range(n):
-        centre = nominal[partner[i]] if partner[i] >= 0 else centres[i] if status[i] == MISPLACED else nominal[i]
-        found = _posterior(material, wide if status[i] == MISPLACED else grid, i, centre)
-        means[i], covariances[i] = centre + found.mean_mm, found.covariance_mm2
+    for i, found in enumerate(apply(place, range(n))):
+        means[i], covariances[i] = about[i] + found.mean_mm, found.covariance_mm2
         if n_reads[i] == 0:
             means[i], covariances[i] = nominal[i], installation_mm**2 * np.eye(2)
             silence[i] = math.exp(min(found.log_evidence, 0.0))
@@ -213,7 +219,9 @@ def _swapped(nominal: np.ndarray, centres: np.ndarray, spread: np.ndarray) -> np
 
 
 def _posterior(material: _Material, grid: SoftGrid, tag: int, centre: np.ndarray) -> Posterior:
-    near = visible_tags(material.by_place, float(centre[0]), float(centre[1]), math.sqrt(2) * grid.half_mm + grid.reach_mm)
+    near = visible_tags(
+        material.by_place, float(centre[0]), float(centre[1]), math.sqrt(2) * grid.half_mm + grid.reach_mm
+    )
     offsets = material.polls.antenna_poses[near] - np.array([*centre, 0.0])
     is_near = np.abs(offsets[:, :2]).max(axis=1, initial=0.0) < grid.half_mm + grid.reach_mm
     near, offsets = near[is_near], offsets[is_near]
@@ -251,8 +259,3 @@ def mean_correction_mm(surveyed: SurveyedTags) -> float:
     """Mean distance by which the survey moved the tags that it found where they belong [mm]."""
     found = surveyed.status == FOUND
     return float(np.hypot(*(surveyed.mean_mm - surveyed.nominal_mm)[found].T).mean()) if found.any() else 0.0
-
-
-def ids(mask: Iterable[bool]) -> list[int]:
-    """Ids of the tags that a mask (n,) holds for."""
-    return np.flatnonzero(np.asarray(mask)).tolist()
