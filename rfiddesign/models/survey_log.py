@@ -1,4 +1,4 @@
-"""What a survey drive recorded: where a reference localizer had the robot, when its antennas polled, and what they read.
+"""What a survey recorded: where a reference localizer had the robot, when its antennas polled, and what they read.
 
 A drive is cut into stretches: times without a gap in which poses may be interpolated.
 """
@@ -85,8 +85,8 @@ class SurveyLog:
             raise ValueError(f"the log has {n_polls:.3g} polls, at most {MAX_POLLS:,} are allowed")
         unknown = (self.read_antenna < 0) | (self.read_antenna >= self.n_antennas)
         if np.any(unknown):
-            raise ValueError(f"read {_first(unknown)} is of antenna {self.read_antenna[_first(unknown)]}, which is not in"
-                             f" the schedule of {self.n_antennas}")  # fmt: skip
+            i = _first(unknown)
+            raise ValueError(f"read {i} is of antenna {self.read_antenna[i]}, the schedule has {self.n_antennas}")
 
     @property
     def arrays(self) -> tuple[np.ndarray, ...]:

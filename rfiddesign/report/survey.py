@@ -74,21 +74,22 @@ def survey_pictures(record: SurveyRecord) -> Iterator[Picture]:
 
 def survey_part(record: SurveyRecord) -> SurveyPart:
     """What the page says of surveys."""
-    how = DIRECTIONS[record.directions]
-    driven = (
-        f"The floor of {record.design} is driven over in {count(record.passes, 'pass')}".replace("passs", "passes")
-        + f" {how}, {count(record.n_lanes, 'lane')} of {record.driven_m:,.0f} m in all, which takes {record.hours:.1f} h."
-    )
-    if record.floors[0].is_recorded:
+    first = record.floors[0]
+    if first.is_recorded:
         driven = (
-            f"The floor of {record.design} was driven over in {count(record.n_lanes, 'stretch')}".replace("stretchs", "stretches")
-            + f" of {record.driven_m:,.0f} m in all, recorded within {record.hours:.1f} h. Nobody knows where its tags lie"
-            " in truth: drives are simulated over a floor drawn from what the survey says of each tag."
-        )  # fmt: skip
+            f"The floor of {record.design} was driven over along {record.driven_m:,.0f} m, recorded within"
+            f" {record.hours:.1f} h. Nobody knows where its tags lie in truth: drives are simulated over a floor drawn"
+            " from what the survey says of each tag."
+        )
+    else:
+        driven = (
+            f"The floor of {record.design} is driven over {record.passes:,} times {DIRECTIONS[record.directions]},"
+            f" along {count(record.n_lanes, 'lane')} of {record.driven_m:,.0f} m in all, which takes {record.hours:.1f} h."
+        )
     reference = (
-        f"A reference localizer is off by {record.pose_error_mm:g} mm per axis and {record.heading_error_deg:g}° (standard"
-        f" deviations), and forgets its error in {record.correlation_s:g} s: one error shifts all that is read while the"
-        " robot passes over a tag."
+        f"The reference localizer is off by {record.pose_error_mm:g} mm per axis and {record.heading_error_deg:g}°"
+        f" (standard deviations) and forgets its error in {record.correlation_s:g} s: one error shifts all that is read"
+        " while the robot passes over a tag."
     )
     return SurveyPart(driven, reference, _cost(record), tuple(_floor(record, floor) for floor in record.floors))
 

@@ -16,7 +16,7 @@ from rfiddesign.study.survey import Denser, Drives, FloorFound, SurveyFound
 from rfiddesign.units import money
 
 # Distances that a record keeps, and tags about the floor's middle that it draws.
-MAX_DISTANCES, MAX_SAMPLE = 2000, 60
+MAX_DISTANCES, MAX_SAMPLE = 2000, 25
 # A difference counts as certain beyond so many of its standard errors.
 CERTAIN = 2.0
 CSV_HEADER = (
@@ -113,7 +113,7 @@ def advise(study: Study, found: SurveyFound, floor: FloorFound) -> tuple[records
     error, price = CERTAIN * gain.stderr, money(found.cost.total_cents, found.cost.currency)
     told = (
         f"the mean localization error goes from {checked.mean():.2f} to {surveyed.mean():.2f} mm"
-        f" ({gain.mean:+.2f} -+ {gain.stderr:.2f} mm saved)"
+        f" ({gain.mean:+.2f} +- {gain.stderr:.2f} mm saved)"
     )
     if gain.mean < -error:
         return "makes it worse", [f"With the surveyed map {told}."]

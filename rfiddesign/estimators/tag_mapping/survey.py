@@ -2,9 +2,9 @@
 
 1. *Mixed-up tags.*  The mean place at which a tag was read, c, is off the tag's own place by the reference's error and
    by half a field: about Gaussian with variance s^2 per axis.  Tags i and j are **swapped** if the likelihood that i
-   lies about j's place and j about i's, over that of both about their own, exceeds (pairs looked at) / 0.001: of a floor
-   without mix-ups a survey lists a pair with a chance below 0.001, by Markov's inequality.  A tag whose c is too far
-   from its place at that level and that has no partner is **misplaced**.
+   lies about j's place and j about i's, over that of both about their own, exceeds (pairs looked at) / 0.001: of a
+   floor without mix-ups a survey lists a pair with a chance below 0.001, by Markov's inequality.  A tag whose c is too
+   far from its place at that level and that has no partner is **misplaced**.
 2. *Places.*  The posterior of `soft_grid`, from a prior about the nominal place; of a swapped tag about its partner's,
    of a misplaced one about where it was read.
 3. *Dead tags.*  A tag that was never read is **dead** if a living one, laid as the prior has it, would have stayed

@@ -34,7 +34,8 @@ def residuals_figure(record: SurveyRecord) -> Figure:
             axes.hist(distances, bins, color=colour, alpha=0.55, label=words)
         axes.set_title(f"laid to {floor.installation_error_mm:g} mm per axis", loc="left")
         axes.set_ylabel("tags")
-        axes.legend(loc="upper right")
+        axes.legend(loc="upper right", fontsize=7.5)
+        axes.set_ylim(top=1.45 * axes.get_ylim()[1])
     axes.set_xlabel("distance of a tag from its place on the map [mm]")
     return figure
 
@@ -50,10 +51,10 @@ def places_figure(floor: SurveyedFloor) -> Figure:
     for tag in floor.sample:
         _draw_tag(axes, tag, lens)
     surveyed = _at(floor.sample, "surveyed_mm", lens)
-    axes.plot(*nominal.T, "+", color=NOMINAL, ms=6, label="nominal place")
+    axes.plot(*nominal.T, "+", color=NOMINAL, ms=6, label="nominal")
     if all(tag.true_mm is not None for tag in floor.sample):
-        axes.plot(*_at(floor.sample, "true_mm", lens).T, "x", color=TRUE, ms=4.5, mew=1.2, label="true place")
-    axes.plot(*surveyed.T, "o", color=SURVEYED, ms=3.0, label="surveyed, with its 95 % ellipse")
+        axes.plot(*_at(floor.sample, "true_mm", lens).T, "x", color=TRUE, ms=4.0, mew=1.0, label="true")
+    axes.plot(*surveyed.T, "o", color=SURVEYED, ms=2.2, label="surveyed, 95 % ellipse")
     margin = 0.08 * float(np.ptp(nominal, axis=0).max()) + 30.0
     axes.set_xlim(nominal[:, 0].min() - margin, nominal[:, 0].max() + margin)
     axes.set_ylim(nominal[:, 1].min() - margin, nominal[:, 1].max() + margin)
