@@ -29,6 +29,7 @@ from rfiddesign.study.sections import (
     Share,
 )
 from rfiddesign.study.shelves_config import ShelvesSection, check_comparable
+from rfiddesign.study.survey_config import SurveySection
 from rfiddesign.study.variants_config import ComparisonSection, Variants
 from rfiddesign.study.world_config import WorldSection
 
@@ -235,6 +236,7 @@ class StudyFile(EstimatorChoice):
     shelves: ShelvesSection | None = Field(
         None, description="rows of shelves on the floor, and designs that localize by tags on them"
     )
+    survey: SurveySection | None = Field(None, description="an as-built survey of the chosen design's floor")
     # Left out of what is saved and hashed: the study's own answer does not depend on them.
     variants: Variants = Field([], exclude=True, description="variants of this study, to be answered and compared")
     comparison: ComparisonSection = Field(ComparisonSection(), exclude=True)
@@ -309,6 +311,12 @@ class StudyFile(EstimatorChoice):
             check_comparable(
                 self.scenario.start, sorted(limits), len(self.scenarios), len(self.requirements), self.floor.rectangle_m
             )
+        return self
+
+    @model_validator(mode="after")
+    def _listed_survey(self) -> "StudyFile":
+        if self.survey is not None and self.explore is not None:
+            raise ValueError("survey is for listed spaces, not for explore")
         return self
 
 
