@@ -171,15 +171,15 @@ def shelf_cost(equipment: ShelfEquipment, n_robots: int, prices: ShelfPrices) ->
     minutes = Decimal(str(round(equipment.training_min, 2)))
     days = Decimal(math.ceil(equipment.training_min / TRAINING_DAY_MIN))
     lines = (
-        _line("per robot", "UHF reader", robots, "piece", prices.reader),
-        _line("per robot", "UHF antenna", n_antennas, "piece", prices.antenna),
-        _line("per robot", "cabling and mounting of an antenna", n_antennas, "piece", prices.cabling),
-        _line("per tag", "UHF tag", n_tags, "piece", prices.tag),
-        _line("per tag", "attaching a tag", n_tags, "piece", prices.attaching),
-        _line("training", "training drive", minutes, "minute", prices.training_minute),
-        _line("training", "hire of the reference localizer", days, "day", prices.localizer_day),
-        _line("training", "map for the reference localizer", Decimal(1), "piece", prices.localizer_setup),
-        _line("per project", "project", Decimal(1), "piece", prices.project),
+        line_of("per robot", "UHF reader", robots, "piece", prices.reader),
+        line_of("per robot", "UHF antenna", n_antennas, "piece", prices.antenna),
+        line_of("per robot", "cabling and mounting of an antenna", n_antennas, "piece", prices.cabling),
+        line_of("per tag", "UHF tag", n_tags, "piece", prices.tag),
+        line_of("per tag", "attaching a tag", n_tags, "piece", prices.attaching),
+        line_of("training", "training drive", minutes, "minute", prices.training_minute),
+        line_of("training", "hire of the reference localizer", days, "day", prices.localizer_day),
+        line_of("training", "map for the reference localizer", Decimal(1), "piece", prices.localizer_setup),
+        line_of("per project", "project", Decimal(1), "piece", prices.project),
     )
     return Cost(prices.currency, lines)
 
