@@ -45,8 +45,9 @@ def ellipse_span(n, dx, dy, cell, cosine, sine, length, width):
     if inner < 0.0 or not abs(middle) < 1e9:
         return 0, 0
     half = math.sqrt(inner) / a
-    first, last = math.ceil(middle - half), math.floor(middle + half) + 1
-    first, last = max(first - 1, 0), min(last + 1, n)
+    first = max(math.ceil(middle - half) - 1, 0)
+    # No less than `first`: a slice to -1 would be nearly all.
+    last = max(min(math.floor(middle + half) + 2, n), first)
     while first < last and _beyond_ellipse(dx + first * cell, dy, cosine, sine, length, width) > 0.0:
         first += 1
     while last > first and _beyond_ellipse(dx + (last - 1) * cell, dy, cosine, sine, length, width) > 0.0:
