@@ -1,6 +1,7 @@
 """What antennas whose poses are known read on a drive: the input of those who ask where the tags are."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -54,14 +55,11 @@ class Polls:
 
     def reads_of(self, tag: int) -> np.ndarray:
         """Rows of the reads of a tag, in the order of time."""
-        return self._by_tag[1][self._by_tag[0][tag] : self._by_tag[0][tag + 1]]
+        starts, rows = self._by_tag
+        return rows[starts[tag] : starts[tag + 1]]
 
-    @property
+    @cached_property
     def _by_tag(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where the rows of each tag begin (n_tags + 1,) among the rows sorted by tag."""
-        held = self.__dict__.get("_sorted")
-        if held is None:
-            order = np.argsort(self.read_tag, kind="stable")
-            held = np.searchsorted(self.read_tag[order], np.arange(self.n_tags + 1)), order
-            object.__setattr__(self, "_sorted", held)
-        return held
+        """Where the rows of each tag begin (n_tags + 1,) among all rows sorted by tag, and these."""
+        rows = np.argsort(self.read_tag, kind="stable")
+        return np.searchsorted(self.read_tag[rows], np.arange(self.n_tags + 1)), rows

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rfiddesign import require
-from rfiddesign.estimators.tag_mapping import _window_kernels as kernels
+from rfiddesign.estimators.tag_mapping import _observation_kernels as kernels
 from rfiddesign.estimators.tag_mapping.likelihood import FixedLikelihood, Likelihood
 from rfiddesign.estimators.tag_mapping.window import (
     MAX_CELLS,

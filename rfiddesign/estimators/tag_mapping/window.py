@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rfiddesign import require
+from rfiddesign.estimators.tag_mapping import _observation_kernels as observation_kernels
 from rfiddesign.estimators.tag_mapping import _window_kernels as kernels
 from rfiddesign.models.log_field import LogField
 
@@ -107,7 +108,7 @@ def gaussian_window(centre_mm: ArrayLike, covariance_mm2: ArrayLike, half_width_
 def weigh_by_ellipses(window: Window, pose: ArrayLike, ellipses: Ellipses) -> Window:
     """Weigh by one read of an antenna at a pose (3,) [mm, mm, rad]."""
     logs, (x, y, heading) = window.logs.copy(), (require.finite("pose", value) for value in np.asarray(pose, float))
-    kernels.weigh_by_ellipses(logs, *window._frame, x, y, heading, *ellipses[:5])
+    observation_kernels.weigh_by_ellipses(logs, *window._frame, x, y, heading, *ellipses[:5])
     return replace(window, logs=logs, log_scale=window.log_scale + ellipses.far_log)
 
 
@@ -133,7 +134,7 @@ def weigh_by_words(window: Window, poses: ArrayLike, said: ArrayLike, field: Log
     if said.size and not 0 <= said.min() <= said.max() < n_things:
         raise ValueError(f"said has a number outside 0 to {n_things - 1}, the field's tables")
     logs, box, n = window.logs.copy(), np.array(window.box), len(window.logs)
-    kernels.weigh_by_polls(
+    observation_kernels.weigh_by_polls(
         logs, box, *window._frame, poses, said, field.tables.reshape(n_things, -1), n_v,
         field.low_u, field.low_v, field.cell_mm, np.empty(n, np.int32), np.empty((2, n), np.float32),
         np.empty(n, np.float32),

@@ -188,8 +188,10 @@ def _rows(table: str, section: OfficeSection, found: list[OfficeErrors], publish
             for metric, value in values.items():
                 rows.append(row_of(table, row, metric, value, published.get(row, {}).get(metric)))
     for name in (FIELD, POWERS):
-        nees = np.array([one.nees[name].mean() for one in found])
-        within = np.array([(one.nees[name] < _HALF_OF_ALL).mean() for one in found])
+        nees, within = (
+            np.concatenate([column_means(values[:, None]) for values in each])
+            for each in ([one.nees[name] for one in found], [one.nees[name] < _HALF_OF_ALL for one in found])
+        )
         rows.append(row_of(table, f"{name}, covariance in the end", "nees", nees))
         rows.append(row_of(table, f"{name}, covariance in the end", "within_half_share", within))
     return rows

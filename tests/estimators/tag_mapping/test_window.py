@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rfiddesign.estimators import markov
@@ -41,6 +41,8 @@ def zeros(centre=(13.0, -7.0), n=101, cell=20.0):
 
 
 @given(pose, length, length, st.floats(0.05, 1.5))
+@example((-1035.0, 0.0, 0.0), 0.0, 14.0, 1.0)
+@example((1045.0, 0.0, 0.0), 14.0, 30.0, 1.0)
 @settings(deadline=None, max_examples=300)
 def test_an_ellipse_weighs_the_cells_that_its_inequality_names_and_no_other(pose, inner, outer, ratio):
     window = weigh_by_ellipses(zeros(), pose, Ellipses(inner, 2.0, outer, 1.0, ratio, 0.0))
