@@ -32,7 +32,7 @@ from rfiddesign.models.robot import Robot
 from rfiddesign.models.survey_log import SurveyLog
 from rfiddesign.simulation.as_built import LaidFloor, LayingFaults, lay_floor, map_in_use, runs_on_floor
 from rfiddesign.simulation.monte_carlo import Simulator
-from rfiddesign.simulation.survey_drive import SurveyDrive, SurveyPlan, drive_survey
+from rfiddesign.simulation.survey_drive import SurveyDrive, SurveyPlan, SurveyRobot, drive_survey
 from rfiddesign.study.candidates import Candidate, Candidates
 from rfiddesign.study.checked import checked
 from rfiddesign.study.estimators import estimators_of
@@ -214,8 +214,8 @@ def _faults(section: SurveySection, error_mm: float, factor: float = 1.0) -> Lay
 
 
 def _drive(survey: _Survey, laid: LaidFloor) -> SurveyDrive:
-    design, world = survey.candidate.design, survey.candidate.scenarios[0].world
-    return drive_survey(design, survey.floor, laid, world, survey.plan, survey.reference, survey.study.file.seed)
+    robot = SurveyRobot(survey.candidate.design, survey.candidate.scenarios[0].world, survey.reference)
+    return drive_survey(robot, survey.floor, laid, survey.plan, survey.study.file.seed)
 
 
 def _survey(survey: _Survey, log: SurveyLog, nominal: np.ndarray, error_mm: float) -> SurveyedTags:

@@ -119,13 +119,20 @@ class Posterior:
 
 
 def soft_grid(robot: Robot, reference: ReferenceError, prior_mm: float, visit_s: float) -> SoftGrid:
-    """Make ready for tags with a prior of `prior_mm` per axis, passed over in `visit_s` seconds."""
+    """Make ready for tags with a prior of `prior_mm` per axis, passed over in `visit_s` seconds.
+
+    Raises
+    ------
+    ValueError : if the prior is out of bounds, or the reference's error more than a hundred times as large.
+    """
     require.within("prior_mm", prior_mm, low=0.1, high=1000.0)
     share = reference.mean_share(visit_s)
     shift_mm = reference.pose_mm * math.sqrt(share)
     cell = min(max(min(prior_mm, reference.pose_mm) / _CELLS_PER_SIGMA, _LEAST_CELL_MM), _MOST_CELL_MM)
-    # As fine as it may be, the prior at least three cells wide.
-    cell = min(max(cell, 2.0 * (_PRIOR_SIGMAS * prior_mm + _BLUR_SIGMAS * shift_mm) / _MOST_CELLS), 2.0 * prior_mm)
+    widest_mm = 2.0 * (_PRIOR_SIGMAS * prior_mm + _BLUR_SIGMAS * shift_mm)
+    cell = min(max(cell, widest_mm / _MOST_CELLS), 2.0 * prior_mm)
+    if widest_mm / cell > _MOST_CELLS + 1:
+        raise ValueError(f"pose_mm is {reference.pose_mm:g}, too large to be of any use for tags laid to {prior_mm:g} mm")
     prior = gaussian_window((0.0, 0.0), prior_mm**2 * np.eye(2), _PRIOR_SIGMAS * prior_mm, cell)
     arms = np.hypot(*np.asarray(robot.layout.poses_mm)[:, :2].T)
     softness = math.sqrt(
