@@ -4,13 +4,14 @@ For each declared installation error a floor is laid once and surveyed.  Then th
 four maps, run i on the same route with the same noise each time:
 
 - *nominal*: the plan;
-- *checked*: the plan with dead tags struck off and swapped ones put right, which a pass or two bring to light;
+- *checked*: the plan with the dead tags that the survey found struck off and the swapped ones put right;
 - *surveyed*: the places that the survey found;
 - *true*: where the tags lie, the best that any survey could do.
 
-The filter is told of each map how far off its tags are believed to be: as declared, or as the survey says.  A survey
-*of places* pays if the surveyed map saves a share of the checked one's error that is worth anything and certain, and
-if no denser floor reaches its error with a checked map for less money.  Of a recorded log nobody knows the truth: a
+The filter is told of each map how far off its tags are believed to be: as declared, or as the survey says.  Mistakes
+can be found more cheaply than places, so that the advice is about places: a survey pays if the surveyed map saves a
+share of the checked one's error that is worth anything and certain, and if no denser floor reaches its error with a
+checked map for less money.  What putting mistakes right saves is told apart.  Of a recorded log nobody knows the truth: a
 floor is drawn from what the survey says of each tag.
 """
 

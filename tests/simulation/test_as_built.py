@@ -33,7 +33,9 @@ def test_a_floor_is_laid_once_for_a_seed_and_scales_with_its_error():
     assert fine.swapped_pairs() == coarse.swapped_pairs()
     place = NOMINAL[np.where(fine.partner >= 0, fine.partner, everything(fine))]
     assert coarse.true_mm - place == pytest.approx(4.0 * (fine.true_mm - place), abs=1e-9)
-    assert not np.array_equal(lay_floor(NOMINAL, LayingFaults(5.0), 4).true_mm, lay_floor(NOMINAL, LayingFaults(5.0), 3).true_mm)
+    assert not np.array_equal(
+        lay_floor(NOMINAL, LayingFaults(5.0), 4).true_mm, lay_floor(NOMINAL, LayingFaults(5.0), 3).true_mm
+    )
 
 
 def test_a_floor_has_the_faults_that_were_asked_for():
@@ -119,7 +121,9 @@ def test_a_filter_that_listens_to_silence_is_misled_by_dead_tags_on_its_map():
     floor = lay_floor(NOMINAL, LayingFaults(0.0, 0.3), 2)
     with Simulator(SCENARIO, 7, 1) as simulator:
         unaware = runs_on_floor(simulator, DESIGN, SCENARIO, map_in_use(floor, everything(floor), NOMINAL), range(4))
-        aware = runs_on_floor(simulator, DESIGN, SCENARIO, map_in_use(floor, floor.alive, NOMINAL[floor.alive]), range(4))
+        aware = runs_on_floor(
+            simulator, DESIGN, SCENARIO, map_in_use(floor, floor.alive, NOMINAL[floor.alive]), range(4)
+        )
     assert np.mean([run.position_mean_mm for run in unaware]) > np.mean([run.position_mean_mm for run in aware])
 
 
@@ -128,7 +132,9 @@ def test_workers_do_not_matter():
     found = []
     for n_workers in (1, 2):
         with Simulator(SCENARIO, 7, n_workers) as simulator:
-            found.append(runs_on_floor(simulator, DESIGN, SCENARIO, map_in_use(floor, everything(floor), NOMINAL), range(4)))
+            found.append(
+                runs_on_floor(simulator, DESIGN, SCENARIO, map_in_use(floor, everything(floor), NOMINAL), range(4))
+            )
     assert found[0] == found[1]
 
 

@@ -129,7 +129,9 @@ def test_a_plan_out_of_bounds_is_refused(change, told):
         SurveyPlan(**change)
 
 
-@pytest.mark.parametrize(("change", "told"), [({"speed_mm_per_s": 1.0}, "5,000,000"), ({"lane_pitch_mm": 10.0}, "100,000")])
+@pytest.mark.parametrize(
+    ("change", "told"), [({"speed_mm_per_s": 1.0}, "5,000,000"), ({"lane_pitch_mm": 10.0}, "100,000")]
+)
 def test_a_survey_that_takes_too_long_is_refused_before_it_is_driven(change, told):
     with pytest.raises(ValueError, match=f"at most {told} are allowed"):
         drive_survey(ROBOT, FLOOR, LAID, SurveyPlan(passes=1000, **change), 1)

@@ -21,7 +21,7 @@ TINY = Path(__file__).parents[1] / "tiny-study"
 SECTION = """
 [survey]
 installation_errors_mm = [25.0, 3.0]
-passes = 6
+passes = 4
 lane_pitch_mm = 100.0
 dead_share = 0.02
 swapped_pairs = 1
@@ -33,12 +33,15 @@ per_m = 0.01
 fixed = 25.0
 source = "assumption"
 """
+# Between a number and its unit on a page.
+NARROW = "\u00a0"
 
 
 def with_survey(folder, section=SECTION):
     """The tiny study with a survey, a filter that is told how good its map is, and readers that may fail."""
     text = (folder / "study.toml").read_text().replace("seed = 7", 'seed = 7\nestimator = "pmg"')
-    text = text.replace('tags_per_m2 = [16.0, 64.0, 225.0]', 'tags_per_m2 = [36.0, 64.0]')
+    text = text.replace("tags_per_m2 = [16.0, 64.0, 225.0]", "tags_per_m2 = [36.0, 64.0]")
+    text = text.replace("rectangle_m = [6.0, 5.0]", "rectangle_m = [3.0, 2.4]")
     (folder / "study.toml").write_text(text + "[world]\nread_probability = 0.98\n" + section)
     return folder
 
@@ -71,7 +74,7 @@ def test_the_survey_is_of_the_chosen_design(surveyed, record):
 def test_a_survey_of_a_badly_laid_floor_helps_and_says_how_well_it_knows(record):
     floor = record.floors[0]
     assert floor.before.per_axis_rms_mm == pytest.approx(25.0, rel=0.1)
-    assert floor.after.radial_rms_mm < 16.0
+    assert floor.after.radial_rms_mm < 0.6 * floor.before.radial_rms_mm
     assert 1.0 < floor.calibration < 3.0
     mean = {one.name: one.position_mean_mm.mean for one in floor.maps}
     assert mean["true"] < mean["surveyed"] < mean["checked"]
@@ -156,7 +159,7 @@ def test_the_report_shows_the_survey(surveyed, record):
     page = (surveyed / "report.html").read_text()
     assert 'id="survey"' in page
     assert 'id="figure-survey-errors"' in page
-    assert "Tags laid to 25 mm per axis: the survey pays" in page
+    assert f"Tags laid to 25{NARROW}mm per axis: the survey pays" in page
 
 
 def test_a_study_without_a_survey_writes_none(finished):
@@ -207,7 +210,7 @@ def test_a_recorded_log_is_surveyed_without_a_truth_to_hold_it_against(recorded,
     assert all(row["true_x_mm"] == "" for row in rows)
     places = np.array([[float(row["x_mm"]), float(row["y_mm"])] for row in rows])
     errors = places - laid.true_mm[[int(row["id"]) for row in rows]]
-    assert np.sqrt((errors**2).sum(axis=1).mean()) < 16.0
+    assert np.sqrt((errors**2).sum(axis=1).mean()) < 0.6 * np.sqrt(2.0) * 25.0
     write_report(out)
     assert "Nobody knows where its tags lie" in (out / "report.html").read_text()
     # Another log is another study.
@@ -223,7 +226,9 @@ def test_a_log_that_does_not_fit_the_design_ends_in_one_line(recorded, tmp_path)
     schedule.write_text(schedule.read_text() + "8,0.1,0.05\n")
     lines = schedule.read_text().splitlines()
     n = len(lines) - 1
-    schedule.write_text("\n".join([lines[0], *(f"{i},{row.split(',', 1)[1]}" for i, row in enumerate(lines[1:]))]) + "\n")
+    schedule.write_text(
+        "\n".join([lines[0], *(f"{i},{row.split(',', 1)[1]}" for i, row in enumerate(lines[1:]))]) + "\n"
+    )
     with pytest.raises(StudyError, match=f"survey: the schedule has {n} antennas"):
         run_study(load_study(folder), tmp_path / "out", 1, lambda stage: None)
 
@@ -239,7 +244,7 @@ def test_a_log_that_does_not_fit_the_design_ends_in_one_line(recorded, tmp_path)
         ("survey.pose_error_mm=nan", "survey.pose_error_mm"),
         ("survey.prices.per_hour=-1.0", "survey.prices.per_hour"),
         ("survey.log='nowhere'", "must have one value"),
-        ("survey.passses=3", "did you mean passes"),
+        ("survey.passses=3", "survey.passses: unknown key"),
     ],
 )
 def test_a_section_at_fault_ends_in_one_line(study_folder, settings, told):

@@ -233,29 +233,15 @@ def _swapped(nominal: np.ndarray, centres: np.ndarray, spread: np.ndarray) -> np
 
 
 def _posterior(material: _Material, grid: SoftGrid, tag: int, centre: np.ndarray) -> Posterior:
-    near = visible_tags(
-        material.by_place, float(centre[0]), float(centre[1]), math.sqrt(2) * grid.half_mm + grid.reach_mm
-    )
-    offsets = material.polls.antenna_poses[near] - np.array([*centre, 0.0])
-    is_near = np.abs(offsets[:, :2]).max(axis=1, initial=0.0) < grid.half_mm + grid.reach_mm
-    near, offsets = near[is_near], offsets[is_near]
+    # Which silent polls are looked at depends on their places alone, so that nothing is biased by it.
+    near = visible_tags(material.by_place, float(centre[0]), float(centre[1]), grid.near_mm)
     reads = material.reads_of(tag)
-    near, offsets = _with(near, reads, offsets, material, centre)
+    near = np.union1d(near, reads)
+    offsets = material.polls.antenna_poses[near] - np.array([*centre, 0.0])
     is_read = np.isin(near, reads, assume_unique=True)
     outcome = np.where(is_read, READ, np.where(material.polls.has_read[near], ANOTHER, NOTHING))
     start = material.visits(near)
     return posterior(grid, offsets, outcome, start, _weights(material, near, start, is_read))
-
-
-def _with(
-    near: np.ndarray, reads: np.ndarray, offsets: np.ndarray, material: _Material, centre: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The polls nearby and those that read the tag from farther away."""
-    beyond = np.setdiff1d(reads, near, assume_unique=True)
-    if not len(beyond):
-        return near, offsets
-    found = np.union1d(near, beyond)
-    return found, material.polls.antenna_poses[found] - np.array([*centre, 0.0])
 
 
 def _weights(material: _Material, polls: np.ndarray, start: np.ndarray, is_read: np.ndarray) -> np.ndarray:

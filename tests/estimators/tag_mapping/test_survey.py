@@ -150,7 +150,9 @@ def test_a_tag_swapped_with_one_at_the_wall_is_not_taken_for_dead():
     middle, corner = (int(np.argmin(np.hypot(*(nominal - place).T))) for place in ([900.0, 800.0], [0.0, 0.0]))
     partner = np.full(len(nominal), -1)
     partner[[middle, corner]] = corner, middle
-    laid = LaidFloor(nominal, np.where((partner >= 0)[:, None], nominal[partner], nominal), np.zeros(len(nominal), bool), partner)
+    laid = LaidFloor(
+        nominal, np.where((partner >= 0)[:, None], nominal[partner], nominal), np.zeros(len(nominal), bool), partner
+    )
     log = drive_survey(SurveyRobot(design, World(reads=READS), REFERENCE), FLOOR, laid, SurveyPlan(), 4).log
     found = survey_tags(log, Robot.of(design, READS), nominal, 5.0, REFERENCE)
     assert (found.status[middle], found.status[corner]) == (UNSEEN, MISPLACED)
