@@ -9,10 +9,10 @@ four maps, run i on the same route with the same noise each time:
 - *true*: where the tags lie, the best that any survey could do.
 
 The filter is told of each map how far off its tags are believed to be: as declared, or as the survey says.  Mistakes
-can be found more cheaply than places, so that the advice is about places: a survey pays if the surveyed map saves a
-share of the checked one's error that is worth anything and certain, and if no denser floor reaches its error with a
-checked map for less money.  What putting mistakes right saves is told apart.  Of a recorded log nobody knows the truth: a
-floor is drawn from what the survey says of each tag.
+are to be put right on any floor, a denser one as well, so that the advice is about places: a survey pays if the
+surveyed map saves a share of the checked one's error that is worth anything and certain, and if no denser floor
+reaches its error with a checked map for less money.  What putting mistakes right saves is told apart.  Of a recorded
+log nobody knows the truth: a floor is drawn from what the survey says of each tag.
 """
 
 from dataclasses import dataclass, replace

@@ -116,7 +116,7 @@ def test_what_is_no_log_is_refused_in_one_line(folder, file, text, told):
 
 def test_a_missing_file_is_named(folder):
     (folder / READS).unlink()
-    with pytest.raises(StudyError, match="reads.csv: cannot be read"):
+    with pytest.raises(StudyError, match=r"reads\.csv: cannot be read"):
         read_survey_log(folder)
 
 

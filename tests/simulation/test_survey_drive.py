@@ -1,4 +1,4 @@
-"""Survey drives: lanes cover the floor in both directions, the log tells what happened but for the reference's error."""
+"""Survey drives: lanes cover the floor both ways, and the log tells what happened but for the reference's error."""
 
 import math
 from dataclasses import replace
