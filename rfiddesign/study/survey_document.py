@@ -149,8 +149,9 @@ def checking(floor: FloorFound) -> str:
     gain = mean_of((nominal - checked).tolist())
     n_dead, n_pairs = int(np.count_nonzero(floor.surveyed.status == DEAD)), len(floor.surveyed.swapped_pairs())
     return (
-        f"Apart from that, striking off {n_dead} dead tags and putting {n_pairs} swapped pairs right takes the nominal map's error from {nominal.mean():.2f} to {checked.mean():.2f} mm"
-        f" ({gain.mean:+.2f} +- {gain.stderr:.2f} mm saved)."
+        f"Apart from that, striking off {n_dead} dead tags and putting {n_pairs} swapped pairs right takes the nominal"
+        f" map's error from {nominal.mean():.2f} to {checked.mean():.2f} mm ({gain.mean:+.2f} +- {gain.stderr:.2f} mm"
+        " saved)."
     )
 
 
