@@ -84,8 +84,7 @@ def survey_part(record: SurveyRecord) -> SurveyPart:
     else:
         driven = (
             f"The floor of {record.design} is driven over {record.passes:,} times {DIRECTIONS[record.directions]},"
-            f" along {count(record.n_lanes, 'lane')} of {record.driven_m:,.0f} m in all, which takes"
-            f" {record.hours:.1f} h."
+            f" along {count(record.n_lanes, 'lane')} of {record.driven_m:,.0f} m in all: {record.hours:.1f} h."
         )
     reference = (
         f"The reference localizer is off by {record.pose_error_mm:g} mm per axis and {record.heading_error_deg:g}°"

@@ -18,8 +18,8 @@ from rfiddesign.simulation.scenario import World
 from rfiddesign.simulation.trajectory import drive
 
 DIRECTIONS = ("crossing", "along x", "along y")
-# Steps of all lanes together.
-MAX_STEPS = 5_000_000
+# Lanes, and steps of all lanes together.
+MAX_LANES, MAX_STEPS = 100_000, 5_000_000
 # Shorter lanes than this are not driven [mm].
 _LEAST_LANE_MM = 50.0
 _STREAM_REFERENCE = 72
@@ -60,6 +60,15 @@ class SurveyPlan:
     def is_along_x(self, number: int) -> bool:
         """Whether a pass drives along x."""
         return self.directions == "along x" or (self.directions == "crossing" and number % 2 == 0)
+
+
+@dataclass(frozen=True)
+class SurveyRobot:
+    """A robot of a design in a world, with a reference localizer that is off by a Gauss-Markov process on each axis."""
+
+    design: Design
+    world: World
+    reference: ReferenceError
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,26 +120,29 @@ def lanes_of(floor: Floor, plan: SurveyPlan) -> tuple[list[np.ndarray], np.ndarr
     return found, np.array(passes, np.int64)
 
 
-def drive_survey(
-    design: Design, floor: Floor, laid: LaidFloor, world: World, plan: SurveyPlan, reference: ReferenceError, seed: int
-) -> SurveyDrive:
-    """Drive `plan` over a laid floor with the robot of `design` and record what a survey records.
+def drive_survey(robot: SurveyRobot, floor: Floor, laid: LaidFloor, plan: SurveyPlan, seed: int) -> SurveyDrive:
+    """Drive `plan` over a laid floor and record what a survey records.
 
-    Odometry plays no part.  The reference is off by a Gauss-Markov process on each axis that goes on while the robot
-    turns and drives from lane to lane.
+    Odometry plays no part.  The reference's error goes on while the robot turns and drives from lane to lane.
 
     Raises
     ------
-    ValueError : if the floor has no lane, or the lanes have over 5 million steps.
+    ValueError : if the floor has no lane, there are over 100,000, or they have over 5 million steps.
     """
+    _check_size(floor, plan)
     lanes, lane_pass = lanes_of(floor, plan)
-    lengths = np.array([float(np.hypot(*(lane[1] - lane[0]))) for lane in lanes])
     if not lanes:
         raise ValueError(f"lane_pitch_mm is {plan.lane_pitch_mm:g}: the floor has no lane of {_LEAST_LANE_MM:g} mm")
+    return drive_lanes(robot, lanes, lane_pass, laid, plan, seed)
+
+
+def drive_lanes(
+    robot: SurveyRobot, lanes: list[np.ndarray], lane_pass: np.ndarray, laid: LaidFloor, plan: SurveyPlan, seed: int
+) -> SurveyDrive:
+    """As `drive_survey`, for given lanes: begin and end (2, 2) [mm] and pass (n,) of each."""
+    lengths = np.array([float(np.hypot(*(lane[1] - lane[0]))) for lane in lanes])
     steps = np.ceil(lengths / (plan.speed_mm_per_s * plan.dt_s)).astype(np.int64)
-    if steps.sum() > MAX_STEPS:
-        raise ValueError(f"the survey's lanes have {int(steps.sum()):,} steps, at most {MAX_STEPS:,} are allowed")
-    rig = rig_of(design, laid_world(world), plan.dt_s)._replace(lattice=(0.0,) * 6)
+    rig = rig_of(robot.design, laid_world(robot.world), plan.dt_s)._replace(lattice=(0.0,) * 6)
     alive = build_tag_map(laid.true_mm[laid.alive])
     begins = _begins(lanes, lengths, steps, plan, rig.robot[3])
     times, poses, reads = [], [], []
@@ -144,10 +156,22 @@ def drive_survey(
         poses.append(true)
     time, true = np.concatenate(times), np.concatenate(poses)
     log = SurveyLog(
-        time, np.repeat(np.arange(len(lanes)), steps + 1), true + _reference_errors(time, reference, seed),
+        time, np.repeat(np.arange(len(lanes)), steps + 1), true + _reference_errors(time, robot.reference, seed),
         *_schedule(rig.robot, plan.dt_s), *(np.concatenate(part) for part in zip(*reads, strict=True)),
     )  # fmt: skip
     return SurveyDrive(log, true, float(time[-1]), lane_pass)
+
+
+def _check_size(floor: Floor, plan: SurveyPlan) -> None:
+    """Raise ValueError for more lanes or steps than a survey may have, before there are any."""
+    low_x, low_y, high_x, high_y = floor.navigable_bounds
+    n_lanes = plan.passes * max(high_x - low_x, high_y - low_y) / plan.lane_pitch_mm
+    if n_lanes > MAX_LANES:
+        raise ValueError(f"the survey has about {n_lanes:,.0f} lanes, at most {MAX_LANES:,} are allowed")
+    way_mm = plan.passes * floor.navigable.area / plan.lane_pitch_mm
+    n_steps = way_mm / (plan.speed_mm_per_s * plan.dt_s)
+    if n_steps > MAX_STEPS:
+        raise ValueError(f"the survey's lanes have about {n_steps:,.0f} steps, at most {MAX_STEPS:,} are allowed")
 
 
 def _begins(

@@ -4,14 +4,15 @@ For each declared installation error a floor is laid once and surveyed.  Then th
 four maps, run i on the same route with the same noise each time:
 
 - *nominal*: the plan;
-- *checked*: the plan with dead tags struck off and swapped ones put right, which a pass or two bring to light;
+- *checked*: the plan with the dead tags that the survey found struck off and the swapped ones put right;
 - *surveyed*: the places that the survey found;
 - *true*: where the tags lie, the best that any survey could do.
 
-The filter is told of each map how far off its tags are believed to be: as declared, or as the survey says.  A survey
-*of places* pays if the surveyed map saves a share of the checked one's error that is worth anything and certain, and
-if no denser floor reaches its error with a checked map for less money.  Of a recorded log nobody knows the truth: a
-floor is drawn from what the survey says of each tag.
+The filter is told of each map how far off its tags are believed to be: as declared, or as the survey says.  Mistakes
+are to be put right on any floor, a denser one as well, so that the advice is about places: a survey pays if the
+surveyed map saves a share of the checked one's error that is worth anything and certain, and if no denser floor
+reaches its error with a checked map for less money.  What putting mistakes right saves is told apart.  Of a recorded
+log nobody knows the truth: a floor is drawn from what the survey says of each tag.
 """
 
 from dataclasses import dataclass, replace
@@ -32,7 +33,7 @@ from rfiddesign.models.robot import Robot
 from rfiddesign.models.survey_log import SurveyLog
 from rfiddesign.simulation.as_built import LaidFloor, LayingFaults, lay_floor, map_in_use, runs_on_floor
 from rfiddesign.simulation.monte_carlo import Simulator
-from rfiddesign.simulation.survey_drive import SurveyDrive, SurveyPlan, drive_survey
+from rfiddesign.simulation.survey_drive import SurveyDrive, SurveyPlan, SurveyRobot, drive_survey
 from rfiddesign.study.candidates import Candidate, Candidates
 from rfiddesign.study.checked import checked
 from rfiddesign.study.estimators import estimators_of
@@ -214,8 +215,8 @@ def _faults(section: SurveySection, error_mm: float, factor: float = 1.0) -> Lay
 
 
 def _drive(survey: _Survey, laid: LaidFloor) -> SurveyDrive:
-    design, world = survey.candidate.design, survey.candidate.scenarios[0].world
-    return drive_survey(design, survey.floor, laid, world, survey.plan, survey.reference, survey.study.file.seed)
+    robot = SurveyRobot(survey.candidate.design, survey.candidate.scenarios[0].world, survey.reference)
+    return drive_survey(robot, survey.floor, laid, survey.plan, survey.study.file.seed)
 
 
 def _survey(survey: _Survey, log: SurveyLog, nominal: np.ndarray, error_mm: float) -> SurveyedTags:

@@ -36,7 +36,7 @@ NOTHING, READ, ANOTHER = 0, 1, 2
 # Cells per side of a window, with the rim that a blur uses up.
 _MOST_CELLS = 400
 # The prior and the blur are done with beyond so many sigmas.
-_PRIOR_SIGMAS, _BLUR_SIGMAS = 4.0, 3.0
+_PRIOR_SIGMAS, _BLUR_SIGMAS, _NEAR_SIGMAS = 4.0, 3.0, 2.5
 _LEAST_CELL_MM, _MOST_CELL_MM = 1.0, 5.0
 _CELLS_PER_SIGMA = 2.5
 # Blur of the border of a field that is known well [mm].
@@ -87,7 +87,8 @@ class SoftGrid:
     frame : entries per row of a table, place of the first [mm, mm], way from entry to entry [mm].
     taps : (2 p + 1,) float32 blur in steps of a cell.
     far_read : log likelihood of a read far away.
-    reach_mm : distance from an antenna beyond which all places are alike to it [mm].
+    near_mm : distance from the prior's centre within which polls are worth a look [mm]: the field's reach, and 2.5
+        sigmas of where the tag and the reference may be.
     """
 
     prior: Window
@@ -95,12 +96,7 @@ class SoftGrid:
     frame: tuple[int, float, float, float]
     taps: np.ndarray
     far_read: float
-    reach_mm: float
-
-    @property
-    def half_mm(self) -> float:
-        """Half the side of the window with the rim that the blur uses up [mm]."""
-        return 0.5 * self.prior.cell_mm * (len(self.prior.logs) + self.taps.size - 1)
+    near_mm: float
 
 
 @dataclass(frozen=True)
@@ -119,13 +115,22 @@ class Posterior:
 
 
 def soft_grid(robot: Robot, reference: ReferenceError, prior_mm: float, visit_s: float) -> SoftGrid:
-    """Make ready for tags with a prior of `prior_mm` per axis, passed over in `visit_s` seconds."""
+    """Make ready for tags with a prior of `prior_mm` per axis, passed over in `visit_s` seconds.
+
+    Raises
+    ------
+    ValueError : if the prior is out of bounds, or the reference's error more than a hundred times as large.
+    """
     require.within("prior_mm", prior_mm, low=0.1, high=1000.0)
     share = reference.mean_share(visit_s)
     shift_mm = reference.pose_mm * math.sqrt(share)
     cell = min(max(min(prior_mm, reference.pose_mm) / _CELLS_PER_SIGMA, _LEAST_CELL_MM), _MOST_CELL_MM)
-    # As fine as it may be, the prior at least three cells wide.
-    cell = min(max(cell, 2.0 * (_PRIOR_SIGMAS * prior_mm + _BLUR_SIGMAS * shift_mm) / _MOST_CELLS), 2.0 * prior_mm)
+    widest_mm = 2.0 * (_PRIOR_SIGMAS * prior_mm + _BLUR_SIGMAS * shift_mm)
+    cell = min(max(cell, widest_mm / _MOST_CELLS), 2.0 * prior_mm)
+    if widest_mm / cell > _MOST_CELLS + 1:
+        raise ValueError(
+            f"pose_mm is {reference.pose_mm:g}, too large to be of any use for tags laid to {prior_mm:g} mm"
+        )
     prior = gaussian_window((0.0, 0.0), prior_mm**2 * np.eye(2), _PRIOR_SIGMAS * prior_mm, cell)
     arms = np.hypot(*np.asarray(robot.layout.poses_mm)[:, :2].T)
     softness = math.sqrt(
@@ -140,7 +145,8 @@ def soft_grid(robot: Robot, reference: ReferenceError, prior_mm: float, visit_s:
     rim = math.ceil(_BLUR_SIGMAS * shift_mm / cell)
     taps = np.exp(-0.5 * (cell * np.arange(-rim, rim + 1) / shift_mm) ** 2) if rim else np.ones(1)
     frame = (field.read.shape[1], field.low_u, field.low_v, field.cell_mm)
-    return SoftGrid(prior, tables, frame, np.float32(taps / taps.sum()), field.far_read, field.reach_mm)
+    near_mm = field.reach_mm + _NEAR_SIGMAS * math.hypot(prior_mm, reference.pose_mm)
+    return SoftGrid(prior, tables, frame, np.float32(taps / taps.sum()), field.far_read, near_mm)
 
 
 def posterior(

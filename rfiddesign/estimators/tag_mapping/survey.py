@@ -8,7 +8,8 @@
 2. *Places.*  The posterior of `soft_grid`, from a prior about the nominal place; of a swapped tag about its partner's,
    of a misplaced one about where it was read.
 3. *Dead tags.*  A tag that was never read is **dead** if a living one, laid as the prior has it, would have stayed
-   silent over all these polls with a chance below 0.001; else it is **unseen**: the survey cannot tell.
+   silent over all these polls with a chance below 0.001; else it is **unseen**: the survey cannot tell.  Where another
+   tag was found at its place, the prior is about that one's.  A tag that is nowhere near counts as dead, too.
 """
 
 import math
@@ -45,7 +46,8 @@ class SurveyedTags:
 
     Parameters
     ----------
-    nominal_mm, mean_mm : (n, 2) where the plan has the tag, and where it lies [mm]; of a tag never read the former.
+    nominal_mm, mean_mm : (n, 2) where the plan has the tag, and where it lies [mm]; of a tag never read the former, or
+        the place of the tag that lies there in its stead.
     covariance_mm2 : (n, 2, 2) of the mean; of a tag never read the prior's.
     status : (n,) "found", "swapped", "misplaced", "dead" or "unseen".
     partner : (n,) id of the tag that it was swapped with, -1: none.
@@ -132,18 +134,11 @@ def survey_tags(
     n, visit_s = len(nominal), _visit_s(log, robot)
     material, n_unknown = _material(log, robot, n, reference, visit_s)
     n_reads = np.diff(material.tag_start)
-    centres, n_visits, evidence = _read_places(material, nominal)
-    spread = _spread(robot, installation_mm, reference, evidence)
-    partner = _swapped(nominal, centres, spread)
-    status = np.full(n, FOUND, "<U9")
-    status[partner >= 0] = SWAPPED
-    far = np.sum((centres - nominal) ** 2, axis=1) > 2.0 * spread**2 * math.log(max(n, 1) / FALSE_ALARM)
-    status[(n_reads > 0) & (partner < 0) & far] = MISPLACED
+    centres, n_visits, worth = _read_places(material, nominal)
+    status, partner, about = _sorted_out(nominal, centres, _spread(robot, installation_mm, reference, worth), n_reads)
     grid = soft_grid(robot, reference, installation_mm, visit_s)
-    lost = math.hypot(reference.pose_mm, robot.area.reach_mm)
-    wide = soft_grid(robot, reference, lost, visit_s) if np.any(status == MISPLACED) else grid
-    about = np.where((partner >= 0)[:, None], nominal[partner], nominal)
-    about[status == MISPLACED] = centres[status == MISPLACED]
+    anywhere_mm = math.hypot(reference.pose_mm, robot.area.reach_mm)
+    wide = soft_grid(robot, reference, anywhere_mm, visit_s) if np.any(status == MISPLACED) else grid
 
     def place(i: int) -> Posterior:
         return _posterior(material, wide if status[i] == MISPLACED else grid, i, about[i])
@@ -152,10 +147,29 @@ def survey_tags(
     for i, found in enumerate(apply(place, range(n))):
         means[i], covariances[i] = about[i] + found.mean_mm, found.covariance_mm2
         if n_reads[i] == 0:
-            means[i], covariances[i] = nominal[i], installation_mm**2 * np.eye(2)
+            means[i], covariances[i] = about[i], installation_mm**2 * np.eye(2)
             silence[i] = math.exp(min(found.log_evidence, 0.0))
             status[i] = DEAD if silence[i] < FALSE_ALARM else UNSEEN
     return SurveyedTags(nominal, means, covariances, status, partner, n_reads, n_visits, silence, n_unknown)
+
+
+def _sorted_out(
+    nominal: np.ndarray, centres: np.ndarray, spread: np.ndarray, n_reads: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Status and partner (n,) of each tag, and the place (n, 2) about which it is to be sought."""
+    n, partner = len(nominal), _swapped(nominal, centres, spread)
+    status = np.where(partner >= 0, SWAPPED, FOUND).astype("<U9")
+    far = np.sum((centres - nominal) ** 2, axis=1) > 2.0 * spread**2 * math.log(max(n, 1) / FALSE_ALARM)
+    is_misplaced = (n_reads > 0) & (partner < 0) & far
+    status[is_misplaced] = MISPLACED
+    about = np.where((partner >= 0)[:, None], nominal[partner], nominal)
+    about[is_misplaced] = centres[is_misplaced]
+    for j in np.flatnonzero(is_misplaced).tolist():
+        owner = int(np.argmin(np.sum((nominal - centres[j]) ** 2, axis=1)))
+        if n_reads[owner] == 0:
+            # The two were swapped, and where the other one is the robot heard nothing.
+            about[owner] = nominal[j]
+    return status, partner, about
 
 
 def _visit_s(log: SurveyLog, robot: Robot) -> float:
@@ -219,29 +233,15 @@ def _swapped(nominal: np.ndarray, centres: np.ndarray, spread: np.ndarray) -> np
 
 
 def _posterior(material: _Material, grid: SoftGrid, tag: int, centre: np.ndarray) -> Posterior:
-    near = visible_tags(
-        material.by_place, float(centre[0]), float(centre[1]), math.sqrt(2) * grid.half_mm + grid.reach_mm
-    )
-    offsets = material.polls.antenna_poses[near] - np.array([*centre, 0.0])
-    is_near = np.abs(offsets[:, :2]).max(axis=1, initial=0.0) < grid.half_mm + grid.reach_mm
-    near, offsets = near[is_near], offsets[is_near]
+    # Which silent polls are looked at depends on their places alone, so that nothing is biased by it.
+    near = visible_tags(material.by_place, float(centre[0]), float(centre[1]), grid.near_mm)
     reads = material.reads_of(tag)
-    near, offsets = _with(near, reads, offsets, material, centre)
+    near = np.union1d(near, reads)
+    offsets = material.polls.antenna_poses[near] - np.array([*centre, 0.0])
     is_read = np.isin(near, reads, assume_unique=True)
     outcome = np.where(is_read, READ, np.where(material.polls.has_read[near], ANOTHER, NOTHING))
     start = material.visits(near)
     return posterior(grid, offsets, outcome, start, _weights(material, near, start, is_read))
-
-
-def _with(
-    near: np.ndarray, reads: np.ndarray, offsets: np.ndarray, material: _Material, centre: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """The polls nearby and those that read the tag from farther away."""
-    beyond = np.setdiff1d(reads, near, assume_unique=True)
-    if not len(beyond):
-        return near, offsets
-    found = np.union1d(near, beyond)
-    return found, material.polls.antenna_poses[found] - np.array([*centre, 0.0])
 
 
 def _weights(material: _Material, polls: np.ndarray, start: np.ndarray, is_read: np.ndarray) -> np.ndarray:
