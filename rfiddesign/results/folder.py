@@ -27,6 +27,9 @@ TAGS = "tags.csv"
 REPORT = "report.html"
 REGIMES = "regimes.json"
 REGIMES_CSV = "regimes.csv"
+SHELVES = "shelves.json"
+SHELVES_CSV = "shelves.csv"
+SHELF_RUNS = "shelf-runs.sqlite"
 EXPLORATION = "exploration.json"
 PARETO = "pareto.json"
 EXPLORE_RUNS = "explore.sqlite"
@@ -36,7 +39,7 @@ COMPARISON_CSV = "comparison.csv"
 FIGURES = "figures"
 
 #: What a study may write once beside its answers, the same on every machine.
-BESIDE_ANSWERS = (TRACES, PLAN, PLACEMENTS, REGIMES, ROUTES, EXPLORATION, PARETO)
+BESIDE_ANSWERS = (TRACES, PLAN, PLACEMENTS, REGIMES, SHELVES, ROUTES, EXPLORATION, PARETO)
 
 MAX_BYTES = 200_000_000
 

@@ -28,6 +28,7 @@ from rfiddesign.study.sections import (
     Section,
     Share,
 )
+from rfiddesign.study.shelves_config import ShelvesSection, check_comparable
 from rfiddesign.study.variants_config import ComparisonSection, Variants
 from rfiddesign.study.world_config import WorldSection
 
@@ -231,6 +232,9 @@ class StudyFile(EstimatorChoice):
     pareto: ParetoSection | None = None
     search: SearchSection = SearchSection()
     regimes: RegimesSection | None = Field(None, description="a map of the cheapest design over fleets and floors")
+    shelves: ShelvesSection | None = Field(
+        None, description="rows of shelves on the floor, and designs that localize by tags on them"
+    )
     # Left out of what is saved and hashed: the study's own answer does not depend on them.
     variants: Variants = Field([], exclude=True, description="variants of this study, to be answered and compared")
     comparison: ComparisonSection = Field(ComparisonSection(), exclude=True)
@@ -294,6 +298,17 @@ class StudyFile(EstimatorChoice):
             check_whole(self.search)
             if self.explore is not None:
                 raise ValueError("regimes is for listed spaces, not for explore")
+        return self
+
+    @model_validator(mode="after")
+    def _comparable_shelves(self) -> "StudyFile":
+        if self.shelves is not None:
+            if self.explore is not None or self.search.is_short:
+                raise ValueError("shelves is for listed spaces and whole searches, without explore and budgets")
+            limits = [name for name in self.requirement.model_fields_set if getattr(self.requirement, name) is not None]
+            check_comparable(
+                self.scenario.start, sorted(limits), len(self.scenarios), len(self.requirements), self.floor.rectangle_m
+            )
         return self
 
 
