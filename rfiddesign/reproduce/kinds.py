@@ -28,5 +28,5 @@ class Kind(Protocol):
 KINDS: dict[str, Kind] = {
     FLOOR: floor_systems,
     snapshots.config.KIND: snapshots,
-    tag_mapping.TAG_MAPPING: tag_mapping,
+    tag_mapping.config.KIND: tag_mapping,
 }
