@@ -1,5 +1,6 @@
 """What a design costs over a fleet and a floor, line by line, in exact cents."""
 
+import math
 from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 
@@ -42,6 +43,47 @@ class PriceList:
     covering_per_m2: Price
     survey_per_m2: Price
     project: Price
+
+
+@dataclass(frozen=True)
+class ShelfPrices:
+    """Prices of everything that localizing by tagged shelves takes.
+
+    Parameters
+    ----------
+    currency : code of the currency, as "EUR".
+    reader : one UHF reader, per robot.
+    antenna, cabling : one antenna, and its cable and mounting.
+    tag, attaching : one tag, and the labour of attaching it to a shelf.
+    training_minute : a minute of a training drive: robot and who minds it.
+    localizer_day : hire of the reference localizer that training needs, per begun day of driving.
+    localizer_setup : mapping the hall for it.
+    project : fixed price of a project.
+    """
+
+    currency: str
+    reader: Price
+    antenna: Price
+    cabling: Price
+    tag: Price
+    attaching: Price
+    training_minute: Price
+    localizer_day: Price
+    localizer_setup: Price
+    project: Price
+
+
+#: Minutes of training drives in a day, batteries and breaks off [min].
+TRAINING_DAY_MIN = 360
+
+
+@dataclass(frozen=True)
+class ShelfEquipment:
+    """What of a shelf design has a price: antennas per robot, tags on the shelves, minutes of training [min]."""
+
+    n_antennas: int
+    n_tags: int
+    training_min: float
 
 
 @dataclass(frozen=True)
@@ -120,6 +162,26 @@ def cost_of(equipment: Equipment, site: Site, prices: PriceList) -> Cost:
         line_of("per project", "project", Decimal(1), "piece", prices.project),
     ]
     return Cost(prices.currency, tuple(lines))
+
+
+def shelf_cost(equipment: ShelfEquipment, n_robots: int, prices: ShelfPrices) -> Cost:
+    """Cost of localizing a fleet by tagged shelves; one robot trains for all."""
+    robots = Decimal(n_robots)
+    n_antennas, n_tags = robots * equipment.n_antennas, Decimal(equipment.n_tags)
+    minutes = Decimal(str(round(equipment.training_min, 2)))
+    days = Decimal(math.ceil(equipment.training_min / TRAINING_DAY_MIN))
+    lines = (
+        line_of("per robot", "UHF reader", robots, "piece", prices.reader),
+        line_of("per robot", "UHF antenna", n_antennas, "piece", prices.antenna),
+        line_of("per robot", "cabling and mounting of an antenna", n_antennas, "piece", prices.cabling),
+        line_of("per tag", "UHF tag", n_tags, "piece", prices.tag),
+        line_of("per tag", "attaching a tag", n_tags, "piece", prices.attaching),
+        line_of("training", "training drive", minutes, "minute", prices.training_minute),
+        line_of("training", "hire of the reference localizer", days, "day", prices.localizer_day),
+        line_of("training", "map for the reference localizer", Decimal(1), "piece", prices.localizer_setup),
+        line_of("per project", "project", Decimal(1), "piece", prices.project),
+    )
+    return Cost(prices.currency, lines)
 
 
 def controller_set(n_channels: int, controllers: tuple[tuple[int, Price], ...]) -> list[tuple[tuple[int, Price], int]]:

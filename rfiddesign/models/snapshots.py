@@ -1,7 +1,7 @@
 """Snapshots: how often each tag was read in short series of inquiry cycles, and where the antenna was."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +92,24 @@ class Snapshots:
         counts = np.zeros((len(self), self.n_tags), np.int16)
         counts[np.repeat(np.arange(len(self)), np.diff(self.start)), self.tag] = self.count
         return counts
+
+
+def part_of(log: "SnapshotLog", first: int, last: int) -> "SnapshotLog":
+    """Rows first..last-1 of a log, as a drive of its own."""
+    rows = slice(first, last)
+    odometry = log.odometry[rows].copy()
+    odometry[:1] = 0.0
+    antennas = []
+    for snapshots in log.antennas:
+        start = snapshots.start[first : last + 1]
+        entries = slice(start[0], start[-1])
+        antennas.append(
+            replace(
+                snapshots, poses=snapshots.poses[rows], start=start - start[0], tag=snapshots.tag[entries],
+                count=snapshots.count[entries],
+            )
+        )  # fmt: skip
+    return SnapshotLog(log.time_s[rows], log.true_poses[rows], log.reference_poses[rows], odometry, tuple(antennas))
 
 
 def concatenated(parts: Sequence[Snapshots]) -> Snapshots:

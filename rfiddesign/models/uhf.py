@@ -26,8 +26,8 @@ from rfiddesign.models import _uhf_kernels as kernels
 from rfiddesign.numerics._lane_kernels import LANES
 from rfiddesign.numerics._noise_kernels import fill_normal, run_key, step_key
 
-#: Where a robot carries its two antenna pairs: forward and to the side, their boresights 90 degrees apart.
-PAIRS_OF_B21 = ((190.0, 190.0, math.pi / 4), (190.0, -190.0, -math.pi / 4))
+#: Where a B21 carries its two antenna pairs: within its hull, their boresights 90 degrees apart.
+PAIRS_OF_B21 = ((170.0, 170.0, math.pi / 4), (170.0, -170.0, -math.pi / 4))
 #: Waves that a fading field is the sum of; its correlation is that of the Gaussian field to about 1 / sqrt(2 n).
 N_WAVES = 64
 

@@ -10,7 +10,17 @@ from rfiddesign.reproduce.config import ClaimSection
 
 SIGNIFICANT_DIGITS = 6
 # Units by the suffix of a metric's name.
-_UNITS = {"_mm": "mm", "_mrad": "mrad", "_rad": "rad", "_deg": "deg", "_cm": "cm", "_m": "m", "_s": "s"}
+_UNITS = {
+    "_mm": "mm",
+    "_mrad": "mrad",
+    "_rad": "rad",
+    "_deg": "deg",
+    "_cm": "cm",
+    "_m": "m",
+    "_ms": "ms",
+    "_s": "s",
+    "_mb": "MB",
+}
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,9 @@ TAGS = "tags.csv"
 REPORT = "report.html"
 REGIMES = "regimes.json"
 REGIMES_CSV = "regimes.csv"
+SHELVES = "shelves.json"
+SHELVES_CSV = "shelves.csv"
+SHELF_RUNS = "shelf-runs.sqlite"
 EXPLORATION = "exploration.json"
 PARETO = "pareto.json"
 EXPLORE_RUNS = "explore.sqlite"
@@ -38,7 +41,7 @@ SURVEYED_TAGS = "surveyed_tags.csv"
 FIGURES = "figures"
 
 #: What a study may write once beside its answers, the same on every machine.
-BESIDE_ANSWERS = (TRACES, PLAN, PLACEMENTS, REGIMES, ROUTES, EXPLORATION, PARETO, SURVEY, SURVEYED_TAGS)
+BESIDE_ANSWERS = (TRACES, PLAN, PLACEMENTS, REGIMES, SHELVES, ROUTES, SURVEY, SURVEYED_TAGS, EXPLORATION, PARETO)
 
 MAX_BYTES = 200_000_000
 

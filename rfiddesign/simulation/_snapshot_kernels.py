@@ -18,17 +18,27 @@ def antenna_poses(poses, mounting, out):
 
 
 @kernel
-def accumulate(steps, rows, out):
-    """Join the increments `steps` (n, 3) to those between rows: out[k] is that from step rows[k - 1] to rows[k]."""
+def dead_reckon(begin, steps, out):
+    """Poses `out` (n + 1, 3) that increments `steps` (n, 3) lead to from a pose; headings unwrapped."""
+    x, y, heading = begin[0], begin[1], begin[2]
+    out[0, 0], out[0, 1], out[0, 2] = x, y, heading
+    for t in range(steps.shape[0]):
+        s, c = sin_cos_64(heading)
+        x += c * steps[t, 0] - s * steps[t, 1]
+        y += s * steps[t, 0] + c * steps[t, 1]
+        heading += steps[t, 2]
+        out[t + 1, 0], out[t + 1, 1], out[t + 1, 2] = x, y, heading
+
+
+@kernel
+def increments(poses, out):
+    """Motion `out` (n, 3) from each of `poses` (n, 3), headings unwrapped, to the next, in the frame there; 0 first."""
     out[0] = 0.0
-    for k in range(1, rows.shape[0]):
-        x = y = heading = 0.0
-        for t in range(rows[k - 1], rows[k]):
-            s, c = sin_cos_64(heading)
-            x += c * steps[t, 0] - s * steps[t, 1]
-            y += s * steps[t, 0] + c * steps[t, 1]
-            heading += steps[t, 2]
-        out[k, 0], out[k, 1], out[k, 2] = x, y, heading
+    for t in range(1, poses.shape[0]):
+        s, c = sin_cos_64(poses[t - 1, 2])
+        dx, dy = poses[t, 0] - poses[t - 1, 0], poses[t, 1] - poses[t - 1, 1]
+        out[t, 0], out[t, 1] = c * dx + s * dy, c * dy - s * dx
+        out[t, 2] = poses[t, 2] - poses[t - 1, 2]
 
 
 @kernel

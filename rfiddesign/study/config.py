@@ -28,6 +28,7 @@ from rfiddesign.study.sections import (
     Section,
     Share,
 )
+from rfiddesign.study.shelves_config import ShelvesSection, check_comparable
 from rfiddesign.study.survey_config import SurveySection
 from rfiddesign.study.variants_config import ComparisonSection, Variants
 from rfiddesign.study.world_config import WorldSection
@@ -233,6 +234,9 @@ class StudyFile(EstimatorChoice):
     search: SearchSection = SearchSection()
     regimes: RegimesSection | None = Field(None, description="a map of the cheapest design over fleets and floors")
     survey: SurveySection | None = Field(None, description="an as-built survey of the chosen design's floor")
+    shelves: ShelvesSection | None = Field(
+        None, description="rows of shelves on the floor, and designs that localize by tags on them"
+    )
     # Left out of what is saved and hashed: the study's own answer does not depend on them.
     variants: Variants = Field([], exclude=True, description="variants of this study, to be answered and compared")
     comparison: ComparisonSection = Field(ComparisonSection(), exclude=True)
@@ -302,6 +306,17 @@ class StudyFile(EstimatorChoice):
     def _listed_survey(self) -> "StudyFile":
         if self.survey is not None and self.explore is not None:
             raise ValueError("survey is for listed spaces, not for explore")
+        return self
+
+    @model_validator(mode="after")
+    def _comparable_shelves(self) -> "StudyFile":
+        if self.shelves is not None:
+            if self.explore is not None or self.search.is_short:
+                raise ValueError("shelves is for listed spaces and whole searches, without explore and budgets")
+            limits = [name for name in self.requirement.model_fields_set if getattr(self.requirement, name) is not None]
+            check_comparable(
+                self.scenario.start, sorted(limits), len(self.scenarios), len(self.requirements), self.floor.rectangle_m
+            )
         return self
 
 

@@ -10,7 +10,7 @@ import shapely
 from shapely.geometry import Polygon
 
 from rfiddesign.catalog import Reader, antenna, antennas, reader
-from rfiddesign.cost import Price, PriceList
+from rfiddesign.cost import Price, PriceList, ShelfPrices
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
 from rfiddesign.floor import Floor, MapThresholds, floor_from_map, read_ros_map, rectangle_floor
@@ -23,6 +23,7 @@ from rfiddesign.study.checked import checked as _checked
 from rfiddesign.study.config import FloorSection, RequirementSection, StudyFile
 from rfiddesign.study.criteria import BASE, Criteria, further_limit
 from rfiddesign.study.estimators import estimators_of, world_of
+from rfiddesign.study.hall import hall_of, shelf_prices_of
 from rfiddesign.study.overrides import apply_overrides, resolved, with_values
 from rfiddesign.study.placements import placed_layout, placement_problem
 from rfiddesign.study.price_config import PriceEntry, PriceFile
@@ -51,6 +52,7 @@ class Study:
     requirement : limits that a run must keep.
     variants : the variants that the file names, each a complete study.
     further : the further scenarios that the file names: the file as each of them sets it, by name.
+    shelf_prices : the price list of the designs on its shelves, if it has any.
     """
 
     path: Path
@@ -59,6 +61,7 @@ class Study:
     requirement: Requirement
     variants: tuple[Variant, ...] = ()
     further: tuple[tuple[str, StudyFile], ...] = ()
+    shelf_prices: ShelfPrices | None = None
 
     @property
     def criteria(self) -> Criteria:
@@ -110,7 +113,9 @@ def study_of(path: Path, data: dict[str, Any]) -> Study:
     for factor in file.search.limit_factors:
         _checked(path, "search.limit_factors", lambda factor=factor: requirement.scaled(factor))
     further = tuple((scenario.name, _in_scenario(path, data, scenario)) for scenario in file.scenarios)
-    study = Study(path, file, _price_list(path.parent / file.prices), requirement, further=further)
+    study = Study(
+        path, file, _price_list(path.parent / file.prices), requirement, (), further, shelf_prices_of(path, file)
+    )
     _check_names(study)
     return study
 
@@ -190,6 +195,8 @@ def space_of(study: Study, floor: Floor | None = None) -> Space:
 def floor_of(study: Study) -> Floor:
     """The floor, from its map or as a rectangle."""
     section, radius = study.file.floor, study.file.robot.footprint_radius_mm
+    if study.file.shelves is not None:
+        return hall_of(study.path, study.file).floor
     if section.map is None:
         length_m, width_m = section.rectangle_m
         return _checked(study.path, "floor.rectangle_m", lambda: rectangle_floor(1e3 * length_m, 1e3 * width_m, radius))

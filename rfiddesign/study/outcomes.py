@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from typing import Any, Protocol
 
 import numpy as np
 
 from rfiddesign.metrics import RunMetrics
-from rfiddesign.simulation.monte_carlo import Job, Simulator
 from rfiddesign.study.criteria import Criteria
 from rfiddesign.study.storage import RunTable
 
@@ -14,6 +14,14 @@ from rfiddesign.study.storage import RunTable
 RUNS_PER_COMMIT = 64
 # Designs whose runs are begun before their turn: enough to keep cores busy, few enough to waste little at the end.
 DESIGNS_AHEAD = 12
+
+
+class Runner(Protocol):
+    """What runs jobs of its own kind."""
+
+    def submit(self, job: Any) -> Future[RunMetrics]:
+        """Begin one run and do not wait for it."""
+        ...
 
 
 class StoredRuns:
@@ -28,7 +36,7 @@ class StoredRuns:
     """
 
     def __init__(
-        self, job_of: Callable[[int, int, int], Job], simulator: Simulator, table: RunTable, n_scenarios: int = 1
+        self, job_of: Callable[[int, int, int], Any], simulator: Runner, table: RunTable, n_scenarios: int = 1
     ):
         self._job_of = job_of
         self._simulator = simulator
@@ -95,10 +103,12 @@ class StoredRuns:
 class StoredOutcomes:
     """The runs held against what a study asks, as the search asks for them.
 
-    `numbers` maps the search's index of a design to its number in the study.
+    `numbers` maps the search's index of a design to its number in the study; runs of up to `designs_ahead` designs are
+    begun before their turn.
     """
 
-    def __init__(self, runs: StoredRuns, numbers: list[int], criteria: Criteria):
+    def __init__(self, runs: StoredRuns, numbers: list[int], criteria: Criteria, designs_ahead: int = DESIGNS_AHEAD):
+        self._designs_ahead = designs_ahead
         self._runs = runs
         self._numbers = numbers
         self._criteria = criteria
@@ -115,5 +125,5 @@ class StoredOutcomes:
         """Begin what is likely asked for next, unless stored runs answer for now: then nobody waits."""
         if self._runs.has(self._numbers[requests[0][0]], requests[0][1]):
             return
-        for design, n_runs in requests[: 1 + DESIGNS_AHEAD]:
+        for design, n_runs in requests[: 1 + self._designs_ahead]:
             self._runs.begin(self._numbers[design], n_runs)

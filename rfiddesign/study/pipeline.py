@@ -100,6 +100,8 @@ def hash_parts(study: Study) -> dict[str, str]:
         "study": hash_of(study.file.model_dump_json()),
         "prices": hash_of(repr(study.prices)),
     }
+    if study.shelf_prices is not None:
+        parts["shelf prices"] = hash_of(repr(study.shelf_prices))
     if study.file.floor.map is not None:
         plan = read_ros_map(study.path.parent / study.file.floor.map)
         rules = (plan.resolution_m, plan.origin_m_rad, plan.is_negated, plan.occupied_thresh, plan.free_thresh)

@@ -58,3 +58,36 @@ class PriceFile(Section):
     per_tag: PerTag
     per_m2: PerSquareMetre
     per_project: PriceEntry
+
+
+class PerShelfRobot(Section):
+    """Prices counted per robot that localizes by shelves."""
+
+    reader: PriceEntry
+    antenna: PriceEntry
+    cabling: PriceEntry
+
+
+class PerShelfTag(Section):
+    """Prices counted per tag on a shelf."""
+
+    tag: PriceEntry
+    attaching: PriceEntry
+
+
+class Training(Section):
+    """Prices of training drives and of the reference localizer that they need."""
+
+    minute: PriceEntry
+    localizer_day: PriceEntry
+    localizer_setup: PriceEntry
+
+
+class ShelfPriceFile(Section):
+    """A price list of localizing by shelves."""
+
+    currency: Annotated[str, Field(pattern=r"^[A-Z]{3}$")]
+    per_robot: PerShelfRobot
+    per_tag: PerShelfTag
+    training: Training
+    per_project: PriceEntry

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
+import numpy as np
 import shapely
 
 from rfiddesign.cost import Cost
@@ -42,6 +43,8 @@ from rfiddesign.study.placements import placements_record, searched_placements
 from rfiddesign.study.regimes import search_regimes
 from rfiddesign.study.regimes_document import save_regimes
 from rfiddesign.study.routes_document import RoutesFound, save_routes, search_other_kinds
+from rfiddesign.study.shelves import check_shelves, search_shelves
+from rfiddesign.study.shelves_document import save_shelves
 from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.storage import RunTable
 from rfiddesign.study.survey import survey_chosen
@@ -72,6 +75,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
     StudyError : if the study is at fault, or `out` cannot be used or holds another study.
     """
     begin = time.perf_counter()
+    check_shelves(study)
     placed = searched_placements(study.file)
     if placed:
         on_stage(Stage("placing readers"))
@@ -100,6 +104,9 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
             answers = _search(study, candidates, costs, runs, budget, on_stage)
             cells = search_regimes(study, candidates, floor, runs, on_stage)
             others = search_other_kinds(study, candidates, answers, runs, on_stage)
+            cents = {n: np.array([each[k].total_cents for k in candidates.numbers]) for n, each in costs.items()}
+            where = (out, workers, on_stage)
+            shelves = search_shelves(study, candidates, runs, cents, simulator.scenario, where)
             survey = survey_chosen(study, candidates, floor, answers, simulator, on_stage)
         finally:
             runs.save()
@@ -123,6 +130,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
             files.write_record(out / files.PLACEMENTS, placements)
         _save_plan(out, floor)
         save_regimes(out, study, candidates, floor, cells, digest)
+        save_shelves(out, study, candidates, floor, shelves, digest)
         save_survey(out, study, survey, digest)
         save_routes(out, RoutesFound(study, floor, candidates, answers, others), on_stage)
         _save_computing(out, findings)

@@ -77,6 +77,7 @@ def test_inquiries_last_as_table_i_says():
     assert inquiry_duration_s(3)[0] == pytest.approx((0.77 + 1.46) / 2)
     assert inquiry_duration_s(1)[0] == pytest.approx(0.385)
     assert inquiry_duration_s(16)[0] == pytest.approx(5.32)
+    assert inquiry_duration_s(2, 4) == pytest.approx((1.54, 0.04))
     log = record(DRIVE, 2)
     between = np.diff(log.time_s)
     assert between.mean() == pytest.approx(0.77, abs=5 * 0.02 / math.sqrt(len(between)))
@@ -198,7 +199,15 @@ def test_bad_drives_are_refused_by_name():
         record(replace(SHORT, duration_s=2.0), 8)
     with pytest.raises(ValueError, match="most_speed_mm_per_s is 100"):
         DriveSettings(most_speed_mm_per_s=100.0)
-    with pytest.raises(ValueError, match="mountings is empty"):
+    with pytest.raises(ValueError, match="mountings has 0 antennas"):
         DriveSettings(mountings=())
     with pytest.raises(ValueError, match="day"):
         drive_key(1, -1, 0)
+
+
+def test_drives_read_the_374_tags_that_the_paper_knew():
+    world = UhfWorld(LAB, seed=2, day=1)
+    logs = [record_snapshots(world, LAB, DRIVE, 2, seed=2, day=1, number=number) for number in range(10)]
+    known = np.unique(np.concatenate([snapshots.tag for log in logs for snapshots in log.antennas]))
+    assert len(known) == 374
+    assert not LAB.is_buried()[known].any()

@@ -12,7 +12,7 @@ from rfiddesign.estimators._estimate_kernels import N_ESTIMATE, estimate
 from rfiddesign.estimators._particle_kernels import N_FIELDS, aligned_zeros, load, room_for
 from rfiddesign.estimators.mcl import check_particles
 from rfiddesign.estimators.snapshot import _snapshot_kernels as kernels
-from rfiddesign.estimators.snapshot.likelihood import binomial_log
+from rfiddesign.estimators.snapshot.likelihood import binomial_logs
 from rfiddesign.estimators.verbs import workspace
 from rfiddesign.models.fingerprint_table import FingerprintTable, level_chances
 from rfiddesign.models.motion import DifferentialMotion, Motion
@@ -109,8 +109,7 @@ def build(
         if part.n_tags != table.n_tags:
             raise ValueError(f"training knows {part.n_tags} tags, must be the {table.n_tags} of the table")
         is_known[part.tag] = True
-    chances = level_chances()[:, None]
-    logs = binomial_log(chances, np.arange(n_cycles + 1), n_cycles).astype(np.float32)
+    logs = binomial_logs(level_chances(), n_cycles).astype(np.float32)
     n_known = int(is_known.sum())
     most = n_known if settings.k_prime is None else settings.k_prime
     poses = np.concatenate([log.reference_poses for log in training])

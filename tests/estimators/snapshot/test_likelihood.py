@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom
 
-from rfiddesign.estimators.snapshot import SnapshotMcl, build, log_likelihood, weighed_tags
+from rfiddesign.estimators.snapshot import SnapshotMcl, build, log_likelihood
 from rfiddesign.estimators.snapshot import _snapshot_kernels as kernels
 from rfiddesign.models.fingerprint_table import TableGrid, tabulate
 from rfiddesign.models.snapshots import SnapshotLog, Snapshots
@@ -99,10 +99,32 @@ def test_all_tags_make_the_plain_product_of_binomials():
     assert log_likelihood(Patches(), pose, counts, N_CYCLES) == pytest.approx(plain)
 
 
-def test_tags_read_come_first_and_then_the_likeliest():
-    counts, chances = np.array([0, 2, 0, 4, 2, 0]), np.array([0.1, 0.0, 0.9, 0.0, 0.0, 0.9])
-    assert weighed_tags(counts, chances, 5).tolist() == [3, 1, 4, 2, 5]
-    assert weighed_tags(counts, chances, 2).tolist() == [3, 1]
+def weighed_tags(counts, chances, most):
+    """Numbers of the tags of eq. 9."""
+    tags = np.arange(len(counts))
+    n_read = min(np.count_nonzero(counts), most)
+    by_chance = np.lexsort((tags, -chances))
+    others = by_chance[counts[by_chance] == 0][: most - n_read]
+    return np.concatenate([np.lexsort((tags, -counts))[:n_read], others])
+
+
+@given(seed=st.integers(0, 10**6), share=st.floats(0, 1), most=st.integers(1, N_TAGS))
+def test_tags_that_count_are_those_read_most_often_and_then_the_likeliest_others(seed, share, most):
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(1, N_CYCLES + 1, N_TAGS) * (rng.random(N_TAGS) < share)
+    poses = grid_poses(seed, 3)
+    found = log_likelihood(Patches(), poses, counts, N_CYCLES, most)
+    for value, chances in zip(found, Patches().read_probability(poses).astype(float), strict=True):
+        tags = weighed_tags(counts, chances, most)
+        assert value == pytest.approx(binom.logpmf(counts[tags], N_CYCLES, chances[tags]).sum())
+
+
+def test_counts_of_other_tags_or_cycles_are_refused():
+    pose = np.zeros((1, 3))
+    with pytest.raises(ValueError, match=r"counts has shape \(3,\), must be \(30,\)"):
+        log_likelihood(Patches(), pose, [1, 2, 3], N_CYCLES)
+    with pytest.raises(ValueError, match="counts: holds 0 to 9, must be within 0 to 4"):
+        log_likelihood(Patches(), pose, [9] + [0] * (N_TAGS - 1), N_CYCLES)
 
 
 def test_places_off_the_table_and_off_training_are_impossible():
