@@ -10,7 +10,10 @@ from rfiddesign.numerics._compile_kernels import inline_kernel, leaf_kernel
 
 @leaf_kernel
 def clear_sums(sums, n):
-    """Begin to count masses: `sums` (3, n) holds, by column (n or more), sums of mass, of mass times y and of mass times y^2."""
+    """Begin to count masses.
+
+    `sums` (3, n or more) holds, by column, the sums of mass, of mass times y and of mass times y^2.
+    """
     for k in range(3):
         for i in range(n):
             sums[k, i] = 0.0

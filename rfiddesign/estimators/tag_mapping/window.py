@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rfiddesign import require
+from rfiddesign.estimators.tag_mapping import _observation_kernels as observation_kernels
 from rfiddesign.estimators.tag_mapping import _window_kernels as kernels
 from rfiddesign.models.log_field import LogField
 
@@ -34,12 +35,19 @@ class Window:
     cell_mm : side of a cell [mm].
     logs : (n, n) float32, n odd: logarithms of masses by y (rows) and x; minus infinity where the tag cannot be.
     log_scale : what is to be added to all of them for the chance of all that was observed, with the tag in the cell.
+    box : rows box[0] to box[1] - 1 and columns box[2] to box[3] - 1 hold all mass; the whole window if not given.
     """
 
     centre_mm: tuple[float, float]
     cell_mm: float
     logs: np.ndarray
     log_scale: float = 0.0
+    box: tuple[int, int, int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.box is None:
+            n = len(self.logs)
+            object.__setattr__(self, "box", (0, n, 0, n))
 
     @property
     def low_mm(self) -> tuple[float, float]:
@@ -100,7 +108,7 @@ def gaussian_window(centre_mm: ArrayLike, covariance_mm2: ArrayLike, half_width_
 def weigh_by_ellipses(window: Window, pose: ArrayLike, ellipses: Ellipses) -> Window:
     """Weigh by one read of an antenna at a pose (3,) [mm, mm, rad]."""
     logs, (x, y, heading) = window.logs.copy(), (require.finite("pose", value) for value in np.asarray(pose, float))
-    kernels.weigh_by_ellipses(logs, *window._frame, x, y, heading, *ellipses[:5])
+    observation_kernels.weigh_by_ellipses(logs, *window._frame, x, y, heading, *ellipses[:5])
     return replace(window, logs=logs, log_scale=window.log_scale + ellipses.far_log)
 
 
@@ -113,18 +121,26 @@ def weigh_by_polls(window: Window, poses: ArrayLike, is_read: ArrayLike, field: 
     is_read : (m,) or one, whether the poll read the tag.
     field : what reads and silence say, looked up by bilinear interpolation at the middles of the cells.
     """
+    return weigh_by_words(window, poses, np.where(np.asarray(is_read, bool), 0, len(field.tables) - 1), field)
+
+
+def weigh_by_words(window: Window, poses: ArrayLike, said: ArrayLike, field: LogField) -> Window:
+    """As `weigh_by_polls`; `said` (m,) or one: which of the field's tables it is that a poll said."""
     poses = np.ascontiguousarray(np.atleast_2d(np.asarray(poses, float)))
-    is_read = np.ascontiguousarray(np.broadcast_to(np.asarray(is_read, bool), len(poses)))
+    said = np.ascontiguousarray(np.broadcast_to(np.asarray(said, np.int64), len(poses)))
     if poses.shape[1:] != (3,) or not np.isfinite(poses).all():
         raise ValueError(f"poses of shape {poses.shape}: must be finite, (m, 3)")
-    logs, n = window.logs.copy(), len(window.logs)
-    kernels.weigh_by_polls(
-        logs, *window._frame, poses, is_read, field.read.ravel(), field.silent.ravel(), field.read.shape[1],
+    n_things, _, n_v = field.tables.shape
+    if said.size and not 0 <= said.min() <= said.max() < n_things:
+        raise ValueError(f"said has a number outside 0 to {n_things - 1}, the field's tables")
+    logs, box, n = window.logs.copy(), np.array(window.box), len(window.logs)
+    observation_kernels.weigh_by_polls(
+        logs, box, *window._frame, poses, said, field.tables.reshape(n_things, -1), n_v,
         field.low_u, field.low_v, field.cell_mm, np.empty(n, np.int32), np.empty((2, n), np.float32),
+        np.empty(n, np.float32),
     )  # fmt: skip
-    n_read = int(is_read.sum())
-    scale = window.log_scale + n_read * field.far_read + (len(poses) - n_read) * field.far_silent
-    return replace(window, logs=logs, log_scale=scale)
+    scale = window.log_scale + float(field.far[said].sum())
+    return replace(window, logs=logs, log_scale=scale, box=tuple(box.tolist()))
 
 
 def moments(window: Window) -> tuple[np.ndarray, np.ndarray]:
@@ -142,10 +158,10 @@ def log_evidence(window: Window) -> float:
 
 def peak(window: Window) -> np.ndarray:
     """Centre of gravity (2,) [mm] of the cells with the largest mass."""
-    n, told = len(window.logs), np.empty(3)
-    best = kernels.largest(window.logs, np.empty(n, np.float32))
-    kernels.peak(window.logs, best, np.empty(n, np.int32), told)
-    return np.array(window.centre_mm) + window.cell_mm * told[1:]
+    n, box = len(window.logs), np.array(window.box)
+    best = kernels.largest(window.logs, box, np.empty(n, np.float32))
+    _, x, y = kernels.peak(window.logs, box, best, np.empty(n, np.int32))
+    return np.array(window.centre_mm) + window.cell_mm * np.array([x, y])
 
 
 def masses(window: Window) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -161,7 +177,7 @@ def _empty(centre_mm: ArrayLike, half_width_mm: float, cell_mm: float) -> Window
     half = require.positive("half_width_mm", half_width_mm) / require.positive("cell_mm", cell_mm)
     if half > MAX_CELLS // 2:
         raise ValueError(
-            f"cell_mm is {cell_mm:g}, too small for a window of +-{half_width_mm:g} mm: more than {MAX_CELLS} cells a side"
+            f"cell_mm is {cell_mm:g}, too small for +-{half_width_mm:g} mm: at most {MAX_CELLS} cells a side"
         )
     n = 2 * math.ceil(half - 1e-9) + 1
     return Window((x, y), float(cell_mm), np.empty((n, n), np.float32))
@@ -174,9 +190,9 @@ def _normalized(window: Window) -> Window:
 
 def _moments(window: Window) -> np.ndarray:
     """The six of `moments_of_sums`, and the largest logarithm."""
-    n, told = len(window.logs), np.zeros(7)
-    told[6] = kernels.largest(window.logs, np.empty(n, np.float32))
+    n, box, told = len(window.logs), np.array(window.box), np.zeros(7)
+    told[6] = kernels.largest(window.logs, box, np.empty(n, np.float32))
     if not math.isfinite(told[6]):
         raise ValueError("window: no cell has any mass")
-    kernels.moments(window.logs, told[6], np.empty((3, n)), told[:6])
+    kernels.moments(window.logs, box, told[6], np.empty((3, n)), told[:6])
     return told

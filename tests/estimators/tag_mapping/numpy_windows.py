@@ -1,4 +1,4 @@
-"""Beliefs in a tag's place in plain numpy, every cell weighed by every observation: what the compiled ones are held to."""
+"""Beliefs in a tag's place in plain numpy, all cells weighed by all observations: twin of the compiled ones."""
 
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
