@@ -19,7 +19,7 @@ _TIME_ROUNDING_S = 2e-6
 
 
 @dataclass(frozen=True)
-class Polls:
+class SurveyPolls:
     """Every poll of a survey in the order of time.
 
     Parameters
@@ -135,7 +135,7 @@ class SurveyLog:
             self.read_time_s[is_read], self.read_antenna[is_read], self.read_tag[is_read],
         )  # fmt: skip
 
-    def polls(self, layout: ReaderLayout) -> Polls:
+    def polls(self, layout: ReaderLayout) -> SurveyPolls:
         """Every poll, with the place of its antenna by linear interpolation between poses.
 
         A stretch has the polls after its first pose up to its last one.
@@ -165,7 +165,7 @@ class SurveyLog:
         by_poll = np.argsort(read_poll, kind="stable")
         has_read = np.zeros(n, bool)
         has_read[read_poll] = True
-        return Polls(
+        return SurveyPolls(
             time, self._antenna_poses(time, antenna, np.asarray(layout.poses_mm, float)), stretch, has_read,
             read_poll[by_poll], self.read_tag[by_poll],
         )  # fmt: skip

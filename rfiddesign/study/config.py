@@ -233,10 +233,10 @@ class StudyFile(EstimatorChoice):
     pareto: ParetoSection | None = None
     search: SearchSection = SearchSection()
     regimes: RegimesSection | None = Field(None, description="a map of the cheapest design over fleets and floors")
+    survey: SurveySection | None = Field(None, description="an as-built survey of the chosen design's floor")
     shelves: ShelvesSection | None = Field(
         None, description="rows of shelves on the floor, and designs that localize by tags on them"
     )
-    survey: SurveySection | None = Field(None, description="an as-built survey of the chosen design's floor")
     # Left out of what is saved and hashed: the study's own answer does not depend on them.
     variants: Variants = Field([], exclude=True, description="variants of this study, to be answered and compared")
     comparison: ComparisonSection = Field(ComparisonSection(), exclude=True)
@@ -303,6 +303,12 @@ class StudyFile(EstimatorChoice):
         return self
 
     @model_validator(mode="after")
+    def _listed_survey(self) -> "StudyFile":
+        if self.survey is not None and self.explore is not None:
+            raise ValueError("survey is for listed spaces, not for explore")
+        return self
+
+    @model_validator(mode="after")
     def _comparable_shelves(self) -> "StudyFile":
         if self.shelves is not None:
             if self.explore is not None or self.search.is_short:
@@ -311,12 +317,6 @@ class StudyFile(EstimatorChoice):
             check_comparable(
                 self.scenario.start, sorted(limits), len(self.scenarios), len(self.requirements), self.floor.rectangle_m
             )
-        return self
-
-    @model_validator(mode="after")
-    def _listed_survey(self) -> "StudyFile":
-        if self.survey is not None and self.explore is not None:
-            raise ValueError("survey is for listed spaces, not for explore")
         return self
 
 

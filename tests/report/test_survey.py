@@ -38,6 +38,9 @@ def a_tag(i: int, j: int) -> SampleTag:
     )  # fmt: skip
 
 
+DENSER = DenserFloor(tags_per_m2=49.0, n_tags=130, extra_cents=46800, position_mean_mm=mean(13.0), reaches=False)
+
+
 def errors(radial: float) -> TagErrors:
     return TagErrors(per_axis_rms_mm=radial / 2**0.5, radial_rms_mm=radial, radial_mean_mm=0.9 * radial)
 
@@ -54,7 +57,7 @@ def a_floor(**changes) -> SurveyedFloor:
         "maps": [a_map("nominal", 16.0, 20.0), a_map("checked", 15.0, 20.0), a_map("surveyed", 8.0, 5.3),
                  a_map("true", 6.0, 0.0)],
         "gain_mm": mean(7.0),
-        "denser": [DenserFloor(tags_per_m2=49.0, n_tags=130, extra_cents=46800, position_mean_mm=mean(13.0), reaches=False)],
+        "denser": [DENSER],
         "cheapest_denser": None, "advice": "pays", "reasons": [f"It saves a lot. {EVIL}"],
     }  # fmt: skip
     return SurveyedFloor(**(fields | changes))

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from rfiddesign.estimators.tag_mapping._window_kernels import largest, weigh_by_table
+from rfiddesign.estimators.tag_mapping._observation_kernels import weigh_by_table
+from rfiddesign.estimators.tag_mapping._window_kernels import largest
 from rfiddesign.numerics._compile_kernels import kernel
 
 # Below this a blurred likelihood counts as this: its logarithm must be finite.
@@ -12,14 +13,14 @@ _LEAST = np.float32(1e-37)
 
 
 @kernel
-def add_blurred(field, taps, along, weight, logs):
+def add_blurred(field, box, taps, along, weight, logs):
     """Blur exp(`field`) (n + 2 p, n + 2 p) by `taps` (2 p + 1,) along both axes; add `weight` times its log to `logs`.
 
-    `logs` (n, n) is the middle of the field, whose rim the blur uses up; `along` (n + 2 p, n) is room.  Returns what
-    is to be added to all of `logs`.
+    `logs` (n, n) is the middle of the field, whose rim the blur uses up; `box` (4,) is all of the field and
+    `along` (n + 2 p, n) room.  Returns what is to be added to all of `logs`.
     """
     n, wide = logs.shape[0], field.shape[0]
-    most = largest(field, np.empty(wide, np.float32))
+    most = largest(field, box, np.empty(wide, np.float32))
     for row in range(wide):
         cells, to = field[row], along[row]
         for j in range(wide):
@@ -60,13 +61,13 @@ def add_visits(poses, outcome, visit_start, weights, tables, frame, taps, cell, 
     wide = n + taps.shape[0] - 1
     low, everywhere = -(wide // 2) * cell, 0.0
     field, along = np.empty((wide, wide), np.float32), np.empty((wide, n), np.float32)
-    at, parts = np.empty(wide, np.int32), np.empty((2, wide), np.float32)
+    at, parts, box = np.empty(wide, np.int32), np.empty((2, wide), np.float32), np.array([0, wide, 0, wide])
     for v in range(visit_start.shape[0] - 1):
         field[:] = 0.0
         for k in range(visit_start[v], visit_start[v + 1]):
             weigh_by_table(
-                field, low, low, cell, poses[k, 0], poses[k, 1], poses[k, 2], tables[outcome[k]], n_v, low_u, low_v,
+                field, box, low, low, cell, poses[k, 0], poses[k, 1], poses[k, 2], tables[outcome[k]], n_v, low_u, low_v,
                 table_cell, at, parts,
             )  # fmt: skip
-        everywhere += add_blurred(field, taps, along, weights[v], logs)
+        everywhere += add_blurred(field, box, taps, along, weights[v], logs)
     return everywhere

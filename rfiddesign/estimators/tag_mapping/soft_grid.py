@@ -140,13 +140,14 @@ def soft_grid(robot: Robot, reference: ReferenceError, prior_mm: float, visit_s:
         + cell**2 / 12.0
     )
     field = log_field(robot.area, softness, float(robot.reads.read_probability))
-    another = field.silent if robot.reads.answers == "all" else np.log1p(0.5 * np.expm1(field.silent))
-    tables = np.array([field.silent.ravel(), field.read.ravel(), another.ravel()], np.float32)
+    read, nothing = field.tables[0], field.tables[-1]
+    another = nothing if robot.reads.answers == "all" else np.log1p(0.5 * np.expm1(nothing))
+    tables = np.array([nothing.ravel(), read.ravel(), another.ravel()], np.float32)
     rim = math.ceil(_BLUR_SIGMAS * shift_mm / cell)
     taps = np.exp(-0.5 * (cell * np.arange(-rim, rim + 1) / shift_mm) ** 2) if rim else np.ones(1)
-    frame = (field.read.shape[1], field.low_u, field.low_v, field.cell_mm)
+    frame = (read.shape[1], field.low_u, field.low_v, field.cell_mm)
     near_mm = field.reach_mm + _NEAR_SIGMAS * math.hypot(prior_mm, reference.pose_mm)
-    return SoftGrid(prior, tables, frame, np.float32(taps / taps.sum()), field.far_read, near_mm)
+    return SoftGrid(prior, tables, frame, np.float32(taps / taps.sum()), float(field.far[0]), near_mm)
 
 
 def posterior(

@@ -31,8 +31,9 @@ from rfiddesign.estimators.tag_mapping.soft_grid import (
     soft_grid,
 )
 from rfiddesign.floor import TagMap, build_tag_map, visible_tags
+from rfiddesign.floor.mapped_tags import MappedTags
 from rfiddesign.models.robot import Robot
-from rfiddesign.models.survey_log import Polls, SurveyLog
+from rfiddesign.models.survey_log import SurveyLog, SurveyPolls
 
 #: What a survey says of a tag.
 FOUND, SWAPPED, MISPLACED, DEAD, UNSEEN = "found", "swapped", "misplaced", "dead", "unseen"
@@ -82,6 +83,12 @@ class SurveyedTags:
         kept = np.flatnonzero(self.status != DEAD)
         return kept, self.mean_mm[kept]
 
+    @property
+    def mapped(self) -> MappedTags:
+        """The tags that were read, with covariances."""
+        read = np.flatnonzero(self.is_read)
+        return MappedTags(read, self.mean_mm[read], self.covariance_mm2[read], self.n_reads[read])
+
     def swapped_pairs(self) -> list[tuple[int, int]]:
         """Ids of the tags that lie at each other's place."""
         return [(i, int(self.partner[i])) for i in np.flatnonzero(self.partner >= 0).tolist() if i < self.partner[i]]
@@ -91,7 +98,7 @@ class SurveyedTags:
 class _Material:
     """All polls of a survey, ready to be looked up by place and by tag."""
 
-    polls: Polls
+    polls: SurveyPolls
     by_place: TagMap
     tag_start: np.ndarray
     tag_poll: np.ndarray

@@ -141,6 +141,8 @@ def test_dead_and_swapped_tags_are_found(error_mm):
     kept, places = found.map_mm
     assert set(range(len(nominal))) - set(kept.tolist()) == set(dead.tolist())
     assert np.array_equal(places, found.mean_mm[kept])
+    assert np.array_equal(found.mapped.over(nominal)[found.is_read], found.mean_mm[found.is_read])
+    assert set(found.mapped.tag_id.tolist()).isdisjoint(dead.tolist())
 
 
 def test_a_tag_swapped_with_one_at_the_wall_is_not_taken_for_dead():
