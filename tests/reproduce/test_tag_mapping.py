@@ -73,14 +73,14 @@ def test_the_adaptive_model_gains_where_the_tag_is_near_and_neither_does_after_t
 def test_in_the_office_contact_makes_tags_known_and_silence_and_distances_help():
     for table in ("office", "office, UHF sector"):
         for mark in ("1 m", "2 m"):
-            fixed, adaptive, powers = (
-                number(table, f"{mark} in contact", f"{model}_cm") for model in ("fixed", "adaptive", "powers")
+            fixed, adaptive, field = (
+                number(table, f"{mark} in contact", f"{model}_cm") for model in ("fixed", "adaptive", "field_distances")
             )
-            assert fixed > adaptive > powers
+            assert fixed > adaptive > field
             assert number(table, f"{mark} driven", "fixed_cm") > fixed
         assert number(table, "2 m in contact", "fixed_cm") < 0.7 * number(table, "1 m in contact", "fixed_cm")
     # In a world as believed the covariance is honest; where reads are certain, it is cautious.
-    assert 1.2 < number("office, UHF sector", "powers, covariance in the end", "nees") < 3.0
+    assert 1.2 < number("office, UHF sector", "covariance of read field, distances", "nees") < 3.0
 
 
 def test_the_numbers_do_not_depend_on_the_number_of_workers():
