@@ -146,6 +146,8 @@ def test_the_line_has_an_antenna_to_either_side_and_the_tag_is_read_by_one_going
         ("n_passages = 4", "n_passages = 9", "passages are wider than the office"),
         ("wall_mm = 200.0", "wall_mm = 1000.0", "wall_mm leaves nothing"),
         ("side_m = 16.0", "side_mm = 16.0", "side_mm"),
+        ("poll_s = 1.0", "poll_s = 0.01", "more than 100,000 polls"),
+        ("believed_softness = 0.1", "believed_softness = 0.9", "office.uhf.*cell_mm"),
         ('kind = "tag_mapping"', 'kind = "tag_maping"', "must be one of"),
     ],
 )
