@@ -66,8 +66,8 @@ def add_visits(poses, outcome, visit_start, weights, tables, frame, taps, cell, 
         field[:] = 0.0
         for k in range(visit_start[v], visit_start[v + 1]):
             weigh_by_table(
-                field, box, low, low, cell, poses[k, 0], poses[k, 1], poses[k, 2], tables[outcome[k]], n_v, low_u, low_v,
-                table_cell, at, parts,
+                field, box, low, low, cell, poses[k, 0], poses[k, 1], poses[k, 2], tables[outcome[k]], n_v, low_u,
+                low_v, table_cell, at, parts,
             )  # fmt: skip
         everywhere += add_blurred(field, box, taps, along, weights[v], logs)
     return everywhere
