@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rfiddesign.catalog import antenna
-from rfiddesign.cost import Price, PriceList, Site, controller_set, cost
+from rfiddesign.cost import Price, PriceList, ShelfEquipment, ShelfPrices, Site, controller_set, cost, shelf_cost
 from rfiddesign.design import Design
 from rfiddesign.geometry import make_layout, make_pattern
 
@@ -103,3 +103,39 @@ def test_no_set_of_controllers_is_cheaper_and_none_as_cheap_has_fewer_pieces(n_c
     found = (sum(p.amount * n for (_, p), n in chosen) * 100, sum(n for _, n in chosen))
     assert found == best
     assert [c for (c, _), _ in chosen] == sorted((c for (c, _), _ in chosen), reverse=True)
+
+
+SHELF_PRICES = ShelfPrices(
+    currency="EUR",
+    reader=price("1450.00", "offer 18"),
+    antenna=price("140.00"),
+    cabling=price("35.005"),
+    tag=price("0.12"),
+    attaching=price("0.22"),
+    training_minute=price("1.10"),
+    localizer_day=price("180.00"),
+    localizer_setup=price("900.00"),
+    project=price("4800.00"),
+)
+
+
+def test_every_line_of_a_shelf_design_is_quantity_times_price_as_by_hand():
+    found = shelf_cost(ShelfEquipment(4, 624, 362.5), 3, SHELF_PRICES)
+    assert [(line.group, line.item, line.quantity, line.amount_cents) for line in found.lines] == [
+        ("per robot", "UHF reader", 3, 435_000),
+        ("per robot", "UHF antenna", 12, 168_000),
+        ("per robot", "cabling and mounting of an antenna", 12, 42_006),
+        ("per tag", "UHF tag", 624, 7_488),
+        ("per tag", "attaching a tag", 624, 13_728),
+        ("training", "training drive", Decimal("362.5"), 39_875),
+        ("training", "hire of the reference localizer", 2, 36_000),  # a second day is begun after six hours
+        ("training", "map for the reference localizer", 1, 90_000),
+        ("per project", "project", 1, 480_000),
+    ]
+    assert found.lines[0].source == "offer 18"
+
+
+@pytest.mark.parametrize(("minutes", "days"), [(5.0, 1), (360.0, 1), (360.5, 2), (720.0, 2)])
+def test_the_localizer_is_hired_for_every_begun_day(minutes, days):
+    lines = {line.item: line for line in shelf_cost(ShelfEquipment(4, 10, minutes), 1, SHELF_PRICES).lines}
+    assert lines["hire of the reference localizer"].quantity == days

@@ -10,28 +10,28 @@ from pathlib import Path
 import numpy as np
 
 from rfiddesign.errors import StudyError
+from rfiddesign.models.number_files import (
+    LARGEST_MM,
+    LARGEST_RAD,
+    LARGEST_S,
+    LARGEST_WHOLE,
+    Column,
+    read_numbers,
+    write_numbers,
+)
 from rfiddesign.models.survey_log import SurveyLog
-from rfiddesign.results.folder import replacing
 
 POSES, READS, SCHEDULE = "poses.csv", "reads.csv", "schedule.csv"
-HEADERS = {
-    POSES: ("time_s", "stretch", "x_mm", "y_mm", "heading_rad"),
-    READS: ("time_s", "antenna", "tag"),
-    SCHEDULE: ("antenna", "first_s", "period_s"),
-}
-MAX_BYTES = 500_000_000
-# Largest size of a value in each column: a century, the largest floor, whole numbers that fit 32 bits.
-_LARGEST = {
-    "time_s": 4e9, "stretch": 2**31 - 1, "x_mm": 5e6, "y_mm": 5e6, "heading_rad": 1e6, "antenna": 9_999,
-    "tag": 2**31 - 1, "first_s": 4e9, "period_s": 1e4,
+_TIME, _ANTENNA = Column("time_s", LARGEST_S, 6), Column("antenna", 9_999)
+COLUMNS = {
+    POSES: (
+        _TIME, Column("stretch", LARGEST_WHOLE), Column("x_mm", LARGEST_MM, 3), Column("y_mm", LARGEST_MM, 3),
+        Column("heading_rad", LARGEST_RAD, 6),
+    ),
+    READS: (_TIME, _ANTENNA, Column("tag", LARGEST_WHOLE)),
+    SCHEDULE: (_ANTENNA, Column("first_s", LARGEST_S, 9), Column("period_s", 1e4, 9)),
 }  # fmt: skip
-_WHOLE = ("stretch", "antenna", "tag")
 _LEAST_PERIOD_S = 1e-4
-_FORMATS = {
-    POSES: "{:.6f},{:.0f},{:.3f},{:.3f},{:.6f}\n",
-    READS: "{:.6f},{:.0f},{:.0f}\n",
-    SCHEDULE: "{:.0f},{:.9f},{:.9f}\n",
-}
 
 
 def read_survey_log(folder: str | Path) -> SurveyLog:
@@ -42,7 +42,7 @@ def read_survey_log(folder: str | Path) -> SurveyLog:
     StudyError : naming the file and what is wrong, if a file is missing, too large, or not what it should be.
     """
     folder = Path(folder)
-    poses, reads, schedule = (_read(folder / name) for name in (POSES, READS, SCHEDULE))
+    poses, reads, schedule = (read_numbers(folder / name, columns) for name, columns in COLUMNS.items())
     path = folder / SCHEDULE
     if not len(schedule):
         raise StudyError("has no antenna", file=path)
@@ -72,50 +72,4 @@ def write_survey_log(folder: str | Path, log: SurveyLog) -> None:
         SCHEDULE: np.column_stack([np.arange(log.n_antennas), log.first_poll_s, log.poll_period_s]),
     }
     for name, table in tables.items():
-        row = _FORMATS[name].format
-        with replacing(folder / name) as temporary, temporary.open("w", encoding="ascii", newline="\n") as stream:
-            stream.write(",".join(HEADERS[name]) + "\n")
-            stream.writelines(row(*values) for values in table.tolist())
-
-
-def _read(path: Path) -> np.ndarray:
-    """The numbers of a file (n, columns)."""
-    header = HEADERS[path.name]
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise StudyError(f"has {path.stat().st_size:,} bytes, at most {MAX_BYTES:,} are allowed", file=path)
-        lines = path.read_text(encoding="ascii").splitlines()
-    except OSError as error:
-        raise StudyError(f"cannot be read: {error.strerror}", file=path) from None
-    except UnicodeDecodeError:
-        raise StudyError("is not plain text", file=path) from None
-    if not lines or lines[0].strip() != ",".join(header):
-        raise StudyError(f"begins with {(lines or [''])[0][:60]!r}, must begin with {','.join(header)}", file=path)
-    rows = lines[1:]
-    if not rows:
-        return np.empty((0, len(header)))
-    try:
-        table = np.loadtxt(rows, delimiter=",", comments=None, ndmin=2)
-    except (ValueError, OverflowError):
-        table = None
-    if table is None or table.shape != (len(rows), len(header)):
-        number = next((i for i, row in enumerate(rows) if not _is_row(row, len(header))), 0)
-        raise StudyError(f"line {number + 2} is {rows[number][:60]!r}, must be {len(header)} numbers", file=path)
-    for name, column in zip(header, table.T, strict=True):
-        is_wrong = ~(np.abs(column) <= _LARGEST[name])
-        if name in _WHOLE:
-            is_wrong |= (column != np.floor(column)) | (column < 0)
-        if np.any(is_wrong):
-            number = int(np.flatnonzero(is_wrong)[0])
-            kind = "a whole number from 0 to" if name in _WHOLE else "a number of size at most"
-            raise StudyError(
-                f"line {number + 2}: {name} is {column[number]:g}, must be {kind} {_LARGEST[name]:,.0f}", file=path
-            )
-    return table
-
-
-def _is_row(row: str, n: int) -> bool:
-    try:
-        return len([float(cell) for cell in row.split(",")]) == n
-    except ValueError:
-        return False
+        write_numbers(folder / name, COLUMNS[name], table)

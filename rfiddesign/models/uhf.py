@@ -39,7 +39,7 @@ _STREAM_WAVES, _STREAM_FADING, _STREAM_FADING_OF_DAY, _STREAM_OFFSET, _STREAM_OF
 class UhfField:
     """How UHF antennas read, apart from where tags and obstacles are.
 
-    The defaults are the set for uhf_snapshots.
+    The defaults are plausible; studies/uhf-snapshots has the set that fits the paper.
 
     Parameters
     ----------

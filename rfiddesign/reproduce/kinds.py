@@ -26,5 +26,7 @@ class Kind(Protocol):
 
 
 KINDS: dict[str, Kind] = {
-    FLOOR: floor_systems, snapshots.config.KIND: snapshots, tag_mapping.TAG_MAPPING: tag_mapping,
-}  # fmt: skip
+    FLOOR: floor_systems,
+    snapshots.config.KIND: snapshots,
+    tag_mapping.config.KIND: tag_mapping,
+}

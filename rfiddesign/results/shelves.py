@@ -24,6 +24,8 @@ class TestedRecord(Record):
     `n_complete` of the `n_runs` runs went to their end; `costs_cents` has a price for each fleet.
     """
 
+    __test__ = False
+
     family: Family
     number: int
     name: str

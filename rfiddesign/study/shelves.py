@@ -18,6 +18,7 @@ Each family has these chances of its own: that anything said of either is wrong 
 prices are known, so that "the shelves are cheaper" is wrong only if one of the four statements behind it is.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
@@ -32,6 +33,7 @@ from rfiddesign.errors import StudyError
 from rfiddesign.estimators.snapshot import SnapshotMcl
 from rfiddesign.floor.scene import Scene
 from rfiddesign.metrics import RunMetrics
+from rfiddesign.models.fingerprint import Smoothing
 from rfiddesign.models.fingerprint_table import TableGrid
 from rfiddesign.models.uhf import UhfField
 from rfiddesign.optimize import Progress, SearchResult, TestPlan, cheapest_certified
@@ -111,6 +113,7 @@ def shelf_trial(study: Study, scenario: Scenario) -> ShelfTrial:
         antenna_radius_mm=max(study.file.robot.footprint_radius_mm - 50.0, 1.0),
         filter=SnapshotMcl(n_particles=section.n_particles),
         noise_factor=section.noise_factor,
+        smoothing=Smoothing(sigma_mm=section.smoothing_mm, sigma_rad=math.radians(section.smoothing_deg)),
         grid=TableGrid(section.cell_mm, section.n_headings),
     )
 

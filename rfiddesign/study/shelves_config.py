@@ -38,7 +38,7 @@ class ShelfSpaceSection(Section):
 
 
 class UhfSection(Section):
-    """How UHF antennas read, see `models.uhf.UhfField`; what is not given is the set for uhf_snapshots."""
+    """How UHF antennas read, see `models.uhf.UhfField`; what is not given is its default."""
 
     range_mm: Millimetres | None = None
     most_range_mm: Millimetres | None = None
@@ -67,6 +67,8 @@ class ShelvesSection(Section):
     noise_factor: Annotated[float, Field(ge=1, le=100)] = Field(
         3.0, description="the filter takes the odometry for so many times as noisy as it is"
     )
+    smoothing_mm: Millimetres = Field(500.0, description="bandwidth by way of what a training snapshot speaks for")
+    smoothing_deg: Annotated[float, Field(ge=1, le=3_600)] = Field(60.0, description="the same by turn of the antenna")
     cell_mm: Annotated[float, Field(ge=20, le=1_000)] = Field(200.0, description="cells of the look-up table")
     n_headings: Annotated[int, Field(ge=4, le=360)] = Field(36, description="headings of the look-up table")
     max_runs: Annotated[int, Field(ge=10, le=100_000)] | None = Field(

@@ -5,10 +5,10 @@ from matplotlib.figure import Figure
 from rfiddesign.reproduce.progress import OnProgress
 from rfiddesign.reproduce.reproduction import Reproduction
 from rfiddesign.reproduce.rows import Row
-from rfiddesign.reproduce.tag_mapping import figures, line, office
-from rfiddesign.reproduce.tag_mapping.config import TAG_MAPPING, TagMappingFile
+from rfiddesign.reproduce.tag_mapping import config, figures, line, office
+from rfiddesign.reproduce.tag_mapping.config import TagMappingFile
 
-__all__ = ["TAG_MAPPING", "File", "measure", "prepared"]
+__all__ = ["File", "config", "measure", "prepared"]
 
 File = TagMappingFile
 

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from rfiddesign.reproduce.config import ReproductionHead
 from rfiddesign.study.sections import Positive, Section, Share
 
-TAG_MAPPING = "tag_mapping"
+KIND = "tag_mapping"
 Length = Annotated[float, Field(ge=10, le=20_000)]
 Decibel = Annotated[float, Field(ge=-40, le=40)]
 Runs = Annotated[int, Field(ge=1, le=10_000)]
@@ -112,7 +112,7 @@ class OfficeSection(Section):
 class TagMappingFile(ReproductionHead):
     """A reproduction of tag_mapping_adaptive_likelihood."""
 
-    kind: Literal["tag_mapping"]
+    kind: Literal["tag_mapping"] = KIND
     mapping: MappingSection = MappingSection()
     line: LineSection = LineSection()
     office: OfficeSection = OfficeSection()
