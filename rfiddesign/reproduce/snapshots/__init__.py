@@ -1,5 +1,6 @@
 """The kind "snapshots": localization by RFID snapshots in simulated worlds (uhf_snapshots)."""
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -33,11 +34,15 @@ def measure(
     errors: Errors = {}
     work = tasks(file, is_quick=is_quick)
     count = counter("data sets", len(work), on_progress)
-    with ThreadPoolExecutor(n_workers) as pool:
+    pool = ThreadPoolExecutor(n_workers or os.cpu_count())
+    try:
         for found in pool.map(lambda task: task.run(), work):
             for key, values in found.items():
                 errors.setdefault(key, []).extend(values)
             count()
+    finally:
+        # An interruption waits for what is under way, not for what has not begun.
+        pool.shutdown(cancel_futures=True)
     rows = []
     for (table, row), values in errors.items():
         step = table.rpartition(", ")[2]
