@@ -1,8 +1,5 @@
 """The kind "snapshots": localization by RFID snapshots in simulated worlds (uhf_snapshots)."""
 
-import os
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -13,6 +10,7 @@ from rfiddesign.reproduce.snapshots.config import SnapshotsFile
 from rfiddesign.reproduce.snapshots.experiments import FEW_CYCLES, STARTS, STEPS, Errors, tasks
 from rfiddesign.reproduce.snapshots.figures import figures_of
 from rfiddesign.reproduce.snapshots.speed import speed_rows
+from rfiddesign.reproduce.workers import in_threads
 
 File = SnapshotsFile
 #: Tables of the paper, which get all metrics.
@@ -34,15 +32,10 @@ def measure(
     errors: Errors = {}
     work = tasks(file, is_quick=is_quick)
     count = counter("data sets", len(work), on_progress)
-    pool = ThreadPoolExecutor(n_workers or os.cpu_count())
-    try:
-        for found in pool.map(lambda task: task.run(), work):
-            for key, values in found.items():
-                errors.setdefault(key, []).extend(values)
-            count()
-    finally:
-        # An interruption waits for what is under way, not for what has not begun.
-        pool.shutdown(cancel_futures=True)
+    for found in in_threads(lambda task: task.run(), work, n_workers):
+        for key, values in found.items():
+            errors.setdefault(key, []).extend(values)
+        count()
     rows = []
     for (table, row), values in errors.items():
         step = table.rpartition(", ")[2]

@@ -1,7 +1,6 @@
 """The office of tag_mapping_adaptive_likelihood (section V): a robot wanders along passages with tags about."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +21,7 @@ from rfiddesign.reproduce.tag_mapping.models import (
     mountings,
     papers_models,
 )
+from rfiddesign.reproduce.workers import in_threads
 from rfiddesign.simulation.tag_polls import antenna_poses, poll_tags
 
 PAPER, UHF = "office", "office, UHF sector"
@@ -168,10 +168,9 @@ def measure(
             return errors(papers, fields, drive(file, true, duration_s, run), marks)
 
         found = []
-        with ThreadPoolExecutor(n_workers) as pool:
-            for result in pool.map(one, range(n_runs)):
-                found.append(result)
-                count()
+        for result in in_threads(one, range(n_runs), n_workers):
+            found.append(result)
+            count()
         runs[table] = found
         rows += _rows(table, section, found, published.get(table, {}))
     return rows, runs
