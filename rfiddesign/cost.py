@@ -148,18 +148,18 @@ def cost_of(equipment: Equipment, site: Site, prices: PriceList) -> Cost:
     n_antennas = robots * equipment.n_readers
     area = Decimal(str(round(site.area_m2, 2)))
     lines = [
-        _line("per robot", "reader", n_antennas, "piece", prices.reader),
-        _line("per robot", f"antenna {name} mm", n_antennas, "piece", antennas[name]),
+        line_of("per robot", "reader", n_antennas, "piece", prices.reader),
+        line_of("per robot", f"antenna {name} mm", n_antennas, "piece", antennas[name]),
     ]
     for (channels, price), n in controller_set(equipment.n_readers, prices.controllers):
-        lines.append(_line("per robot", f"controller, {channels} channels", robots * n, "piece", price))
+        lines.append(line_of("per robot", f"controller, {channels} channels", robots * n, "piece", price))
     lines += [
-        _line("per robot", "cabling and mounting of an antenna", n_antennas, "piece", prices.cabling),
-        _line("per tag", "tag", Decimal(equipment.n_tags), "piece", prices.tag),
-        _line("per tag", "laying a tag", Decimal(equipment.n_tags), "piece", prices.tag_laying),
-        _line("per m2", "covering", area, "m2", prices.covering_per_m2),
-        _line("per m2", "survey", area, "m2", prices.survey_per_m2),
-        _line("per project", "project", Decimal(1), "piece", prices.project),
+        line_of("per robot", "cabling and mounting of an antenna", n_antennas, "piece", prices.cabling),
+        line_of("per tag", "tag", Decimal(equipment.n_tags), "piece", prices.tag),
+        line_of("per tag", "laying a tag", Decimal(equipment.n_tags), "piece", prices.tag_laying),
+        line_of("per m2", "covering", area, "m2", prices.covering_per_m2),
+        line_of("per m2", "survey", area, "m2", prices.survey_per_m2),
+        line_of("per project", "project", Decimal(1), "piece", prices.project),
     ]
     return Cost(prices.currency, tuple(lines))
 
@@ -171,15 +171,15 @@ def shelf_cost(equipment: ShelfEquipment, n_robots: int, prices: ShelfPrices) ->
     minutes = Decimal(str(round(equipment.training_min, 2)))
     days = Decimal(math.ceil(equipment.training_min / TRAINING_DAY_MIN))
     lines = (
-        _line("per robot", "UHF reader", robots, "piece", prices.reader),
-        _line("per robot", "UHF antenna", n_antennas, "piece", prices.antenna),
-        _line("per robot", "cabling and mounting of an antenna", n_antennas, "piece", prices.cabling),
-        _line("per tag", "UHF tag", n_tags, "piece", prices.tag),
-        _line("per tag", "attaching a tag", n_tags, "piece", prices.attaching),
-        _line("training", "training drive", minutes, "minute", prices.training_minute),
-        _line("training", "hire of the reference localizer", days, "day", prices.localizer_day),
-        _line("training", "map for the reference localizer", Decimal(1), "piece", prices.localizer_setup),
-        _line("per project", "project", Decimal(1), "piece", prices.project),
+        line_of("per robot", "UHF reader", robots, "piece", prices.reader),
+        line_of("per robot", "UHF antenna", n_antennas, "piece", prices.antenna),
+        line_of("per robot", "cabling and mounting of an antenna", n_antennas, "piece", prices.cabling),
+        line_of("per tag", "UHF tag", n_tags, "piece", prices.tag),
+        line_of("per tag", "attaching a tag", n_tags, "piece", prices.attaching),
+        line_of("training", "training drive", minutes, "minute", prices.training_minute),
+        line_of("training", "hire of the reference localizer", days, "day", prices.localizer_day),
+        line_of("training", "map for the reference localizer", Decimal(1), "piece", prices.localizer_setup),
+        line_of("per project", "project", Decimal(1), "piece", prices.project),
     )
     return Cost(prices.currency, lines)
 
@@ -207,6 +207,6 @@ def controller_set(n_channels: int, controllers: tuple[tuple[int, Price], ...]) 
     return [(controllers[i], counts[i]) for i in sorted(counts, key=lambda i: -controllers[i][0])]
 
 
-def _line(group: str, item: str, quantity: Decimal, unit: str, price: Price) -> CostLine:
+def line_of(group: str, item: str, quantity: Decimal, unit: str, price: Price) -> CostLine:
     amount = (quantity * price.amount * CENTS_PER_UNIT).quantize(Decimal(1), ROUND_HALF_UP)
     return CostLine(group, item, quantity, unit, price.amount, int(amount), price.source)

@@ -51,13 +51,14 @@ def run(
     out : folder for the results; default: results/NAME.
     """
     from rfiddesign.cli.progress import StageDisplay
+    from rfiddesign.cli.survey import survey_lines, survey_of, survey_summary
     from rfiddesign.cli.text import answer_lines, comparison_lines
     from rfiddesign.report import write_comparison, write_report
     from rfiddesign.study import load_study, run_study, run_variants
 
     _check_count("--workers", workers, MAX_WORKERS)
     loaded = load_study(study, _settings(set_, seed))
-    folder = out or Path("results") / loaded.name
+    folder, surveys = out or Path("results") / loaded.name, None
     try:
         with StageDisplay() as display:
             if loaded.variants:
@@ -68,11 +69,13 @@ def run(
                 result = run_study(loaded, folder, workers, display.show)
                 display.say("drawing the report")
                 page = write_report(folder)
-                lines = answer_lines(result, folder, page)
+                surveys = survey_of(folder)
+                lines = answer_lines(result, folder, page, () if surveys is None else tuple(survey_lines(surveys)))
     except KeyboardInterrupt:
         print(f"interrupted; what was done is in {folder}: the same command goes on from there", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
-    _tell(json, result.model_dump(mode="json") | {"report": str(page)}, lines)
+    told = {} if surveys is None else {"survey": survey_summary(surveys)}
+    _tell(json, result.model_dump(mode="json") | told | {"report": str(page)}, lines)
 
 
 @app.command

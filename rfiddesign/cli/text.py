@@ -10,15 +10,15 @@ from rfiddesign.results.study_result import AnswerRecord, StudyResult
 from rfiddesign.units import DEG_PER_RAD, flops, money
 
 
-def answer_lines(result: StudyResult, folder: Path, page: Path) -> list[str]:
-    """The cheapest design of each fleet, its price and certificate, and where the report is."""
+def answer_lines(result: StudyResult, folder: Path, page: Path, further: tuple[str, ...] = ()) -> list[str]:
+    """The cheapest design of each fleet, its price and certificate, `further` lines, and where the report is."""
     what = _candidates(is_estimator_open=result.is_estimator_open)
     were = "named by an exploration, then tested" if result.space.is_named else "tested"
     lines = [result.title, f"{result.space.n_candidates:,} {what} {were} on {result.floor.area_m2:,.0f} m2"]
     names = {design.number: design.name for design in result.designs}
     for answer in result.answers:
         lines += ["", *_answer_lines(answer, names, result)]
-    return [*lines, "", f"report: {page}", f"all results: {folder}"]
+    return [*lines, *further, "", f"report: {page}", f"all results: {folder}"]
 
 
 def _candidates(*, is_estimator_open: bool) -> str:

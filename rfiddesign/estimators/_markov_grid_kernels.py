@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from rfiddesign.estimators._grid_kernels import clear_sums, count_mass, gaussian_exponent, moments_of_sums
 from rfiddesign.numerics._compile_kernels import leaf_kernel
 from rfiddesign.numerics._math_kernels import exp_32
 
@@ -147,15 +148,13 @@ def draw_gaussian(grid, precision_xx, precision_xy, precision_yy):
         y = float(row - n // 2)
         for column in range(n):
             x = float(column - n // 2)
-            exponent = 0.5 * (precision_xx * x * x + precision_yy * y * y) + precision_xy * x * y
+            exponent = gaussian_exponent(x, y, precision_xx, precision_xy, precision_yy)
             grid[row, column] = np.float64(exp_32(np.float32(-exponent))) if exponent < _LARGEST_EXPONENT else 0.0
 
 
 @leaf_kernel
 def weigh(grid, factors, sums, moments):
     """Multiply a belief by a function of x times one of y; `moments` (6,) receives those of what is left.
-
-    They are: the sum of all masses; mean x, y; variances xx, xy, yy, about the middle cell [cells].
 
     Parameters
     ----------
@@ -164,31 +163,15 @@ def weigh(grid, factors, sums, moments):
     """
     n = grid.shape[0]
     by_x, plain, first, second = factors[0], sums[0], sums[1], sums[2]
-    for i in range(n):
-        plain[i] = first[i] = second[i] = 0.0
-    # Sums by columns, which the compiler can take many at once; a sum along a row has an order.
+    clear_sums(sums, n)
     for row in range(n):
         masses, by_y, y = grid[row], factors[1, row], float(row - n // 2)
         for i in range(n):
             mass = masses[i] * by_x[i] * by_y
             mass = mass if mass > _NOTHING else 0.0
             masses[i] = mass
-            plain[i] += mass
-            first[i] += mass * y
-            second[i] += mass * (y * y)
-    total = sx = sy = sxx = sxy = syy = 0.0
-    for i in range(n):
-        x = float(i - n // 2)
-        total += plain[i]
-        sx, sxx = sx + x * plain[i], sxx + x * x * plain[i]
-        sy, sxy, syy = sy + first[i], sxy + x * first[i], syy + second[i]
-    moments[0] = total
-    if total > 0.0:
-        x, y = sx / total, sy / total
-        moments[1], moments[2] = x, y
-        moments[3], moments[4], moments[5] = max(sxx / total - x * x, 0.0), sxy / total - x * y, max(
-            syy / total - y * y, 0.0
-        )  # fmt: skip
+            count_mass(plain, first, second, i, mass, y)
+    moments_of_sums(sums, n, moments)
 
 
 @leaf_kernel

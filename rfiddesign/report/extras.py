@@ -9,10 +9,11 @@ from rfiddesign.report.placements import placements_extra
 from rfiddesign.report.regimes import regimes_section
 from rfiddesign.report.routes import routes_extra
 from rfiddesign.report.shelves import shelves_section
+from rfiddesign.report.survey import survey_extra
 
 #: What looks for each section in a result folder, in the order of the page; None where a study has no such thing.
 READERS: tuple[Callable[[Contents], Extra | None], ...] = (
-    regimes_section, shelves_section, routes_extra, placements_extra, pareto_extra, exploration_extra,
+    regimes_section, shelves_section, routes_extra, survey_extra, placements_extra, pareto_extra, exploration_extra,
 )  # fmt: skip
 
 

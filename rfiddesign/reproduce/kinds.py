@@ -4,7 +4,7 @@ from typing import Protocol
 
 from matplotlib.figure import Figure
 
-from rfiddesign.reproduce import floor_systems, snapshots
+from rfiddesign.reproduce import floor_systems, snapshots, tag_mapping
 from rfiddesign.reproduce.config import FLOOR, ReproductionHead
 from rfiddesign.reproduce.progress import OnProgress
 from rfiddesign.reproduce.reproduction import Reproduction
@@ -25,4 +25,8 @@ class Kind(Protocol):
         """Every number, published or not, and the figures by name."""
 
 
-KINDS: dict[str, Kind] = {FLOOR: floor_systems, snapshots.config.KIND: snapshots}
+KINDS: dict[str, Kind] = {
+    FLOOR: floor_systems,
+    snapshots.config.KIND: snapshots,
+    tag_mapping.config.KIND: tag_mapping,
+}

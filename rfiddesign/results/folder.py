@@ -36,10 +36,12 @@ EXPLORE_RUNS = "explore.sqlite"
 FRONT_RUNS = "front.sqlite"
 COMPARISON = "comparison.json"
 COMPARISON_CSV = "comparison.csv"
+SURVEY = "survey.json"
+SURVEYED_TAGS = "surveyed_tags.csv"
 FIGURES = "figures"
 
 #: What a study may write once beside its answers, the same on every machine.
-BESIDE_ANSWERS = (TRACES, PLAN, PLACEMENTS, REGIMES, SHELVES, ROUTES, EXPLORATION, PARETO)
+BESIDE_ANSWERS = (TRACES, PLAN, PLACEMENTS, REGIMES, SHELVES, ROUTES, SURVEY, SURVEYED_TAGS, EXPLORATION, PARETO)
 
 MAX_BYTES = 200_000_000
 

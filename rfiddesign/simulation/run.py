@@ -89,18 +89,22 @@ def prepare(design: Design, scenario: Scenario) -> PreparedDesign:
 
 def trace_run(
     prepared: PreparedDesign, scenario: Scenario, tags: TagMap, poses: np.ndarray, key: np.uint64,
-    stop_at: Requirement | None = None,
+    stop_at: Requirement | None = None, known_tags: TagMap | None = None,
 ) -> Trace:  # fmt: skip
-    """Simulate one run and the filter on it; the trace ends early once the run has certainly failed `stop_at`."""
+    """Simulate one run and the filter on it; the trace ends early once the run has certainly failed `stop_at`.
+
+    `known_tags` : the map that a filter learns from silent polls by; None: where `tags` has them nominally.
+    """
     if scenario.start == "two_tags":
-        return _trace_from_two_tags(prepared, scenario, tags, poses, key)
+        return _trace_from_two_tags(prepared, scenario, tags, poses, key, known_tags)
     n, ready = scenario.n_steps, prepared.ready
     state = registry.init(ready, start_of(scenario, poses), key)
     estimates, position, heading = np.empty((n + 1, N_ESTIMATE)), np.empty(n + 1), np.empty(n + 1)
     estimates[0] = state.moments
     run = kernels.run_mcl if ready.kernels is mcl.KERNELS else partial(run_in_parts, ready.kernels.track)
     done = run(
-        key, poses, prepared.rig, installed(tags), (tags.nominal_x, tags.nominal_y), ready.model, known(tags),
+        key, poses, prepared.rig, installed(tags), (tags.nominal_x, tags.nominal_y), ready.model,
+        known(tags if known_tags is None else known_tags),
         workspace(state), (float(scenario.dt_s), STEPS_PER_LOOK, scenario.first_scored_step),
         NO_LIMITS if stop_at is None else stop_at.table, (estimates, position, heading),
     )  # fmt: skip
@@ -110,8 +114,9 @@ def trace_run(
 
 
 def _trace_from_two_tags(
-    prepared: PreparedDesign, scenario: Scenario, tags: TagMap, poses: np.ndarray, key: np.uint64
-) -> Trace:
+    prepared: PreparedDesign, scenario: Scenario, tags: TagMap, poses: np.ndarray, key: np.uint64,
+    known_tags: TagMap | None,
+) -> Trace:  # fmt: skip
     """A run whose filter starts at the step that brings a second tag; without one, at the first step, told nothing."""
     recording = record_with(prepared.rig, tags, poses, scenario.dt_s, key)
     n, ready = scenario.n_steps, prepared.ready
@@ -122,7 +127,7 @@ def _trace_from_two_tags(
     state = replace(registry.init(ready, start, key), step=first)
     estimates, position, heading = np.empty((n + 1, N_ESTIMATE)), np.empty(n + 1), np.empty(n + 1)
     estimates[first] = state.moments
-    track(ready, state, recording, n, estimates, tags)
+    track(ready, state, recording, n, estimates, tags if known_tags is None else known_tags)
     pose_errors(poses, estimates, first, n + 1, position, heading)
     return Trace(
         scenario.dt_s, poses[first:], estimates[first:, :3], position[first + 1 :], heading[first + 1 :], first

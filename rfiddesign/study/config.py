@@ -29,6 +29,7 @@ from rfiddesign.study.sections import (
     Share,
 )
 from rfiddesign.study.shelves_config import ShelvesSection, check_comparable
+from rfiddesign.study.survey_config import SurveySection
 from rfiddesign.study.variants_config import ComparisonSection, Variants
 from rfiddesign.study.world_config import WorldSection
 
@@ -232,6 +233,7 @@ class StudyFile(EstimatorChoice):
     pareto: ParetoSection | None = None
     search: SearchSection = SearchSection()
     regimes: RegimesSection | None = Field(None, description="a map of the cheapest design over fleets and floors")
+    survey: SurveySection | None = Field(None, description="an as-built survey of the chosen design's floor")
     shelves: ShelvesSection | None = Field(
         None, description="rows of shelves on the floor, and designs that localize by tags on them"
     )
@@ -298,6 +300,12 @@ class StudyFile(EstimatorChoice):
             check_whole(self.search)
             if self.explore is not None:
                 raise ValueError("regimes is for listed spaces, not for explore")
+        return self
+
+    @model_validator(mode="after")
+    def _listed_survey(self) -> "StudyFile":
+        if self.survey is not None and self.explore is not None:
+            raise ValueError("survey is for listed spaces, not for explore")
         return self
 
     @model_validator(mode="after")

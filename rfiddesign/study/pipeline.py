@@ -31,6 +31,7 @@ from rfiddesign.study.load import Study
 from rfiddesign.study.outcomes import StoredOutcomes, StoredRuns
 from rfiddesign.study.placements import placed_layout, searched_placements
 from rfiddesign.study.stages import OnStage, Stage
+from rfiddesign.study.survey_config import recorded_log
 
 # Fewer runs say nothing of a share as high as those asked for.
 FRONT_RUNS = 16
@@ -108,6 +109,9 @@ def hash_parts(study: Study) -> dict[str, str]:
     placed = [placed_layout(study.path, study.file, name) for name in searched_placements(study.file)]
     if placed:
         parts["placements"] = hash_of(repr(placed))
+    log = recorded_log(study.path, study.file)
+    if log is not None:
+        parts["survey log"] = hash_of(b"".join(part.tobytes() for part in log.arrays))
     return parts
 
 

@@ -47,6 +47,8 @@ from rfiddesign.study.shelves import check_shelves, search_shelves
 from rfiddesign.study.shelves_document import save_shelves
 from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.storage import RunTable
+from rfiddesign.study.survey import survey_chosen
+from rfiddesign.study.survey_document import save_survey
 
 # Runs of each chosen design that the report draws as curves.
 RUNS_TRACED = 8
@@ -105,6 +107,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
             cents = {n: np.array([each[k].total_cents for k in candidates.numbers]) for n, each in costs.items()}
             where = (out, workers, on_stage)
             shelves = search_shelves(study, candidates, runs, cents, simulator.scenario, where)
+            survey = survey_chosen(study, candidates, floor, answers, simulator, on_stage)
         finally:
             runs.save()
         on_stage(Stage("saving"))
@@ -128,6 +131,7 @@ def run_study(study: Study, out: Path, n_workers: int | None, on_stage: OnStage)
         _save_plan(out, floor)
         save_regimes(out, study, candidates, floor, cells, digest)
         save_shelves(out, study, candidates, floor, shelves, digest)
+        save_survey(out, study, survey, digest)
         save_routes(out, RoutesFound(study, floor, candidates, answers, others), on_stage)
         _save_computing(out, findings)
         files.write_record(out / files.CERTIFICATE, certificate(findings, result, out))

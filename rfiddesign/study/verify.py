@@ -1,7 +1,7 @@
 """Derive the answer of a finished study anew from what its folder holds: runs, prices, test; and name what differs.
 
 Nothing is believed that can be computed: tables follow from the test's parameters, verdicts from the stored runs,
-prices from the price list, and the claim from both. Files beside these (tags, plan, regimes, shelves, routes,
+prices from the price list, and the claim from both. Files beside these (tags, plan, regimes, shelves, survey, routes,
 placements, exploration) are held against their hashes in the certificate. What is not looked at: which designs an
 assumption counts as weaker, and whether the runs are what the program would simulate; `rfiddesign verify --rerun` tries
 the answer on fresh seeds, see :mod:`rfiddesign.study.rerun`.
