@@ -152,7 +152,7 @@ def test_verdicts_say_no_more_than_the_answers(shelves):
     open_floor = floor.model_copy(update={"lower_bound_cents": floor.cost_cents - 200})
     assert verdict(shelves, open_floor, cheap) == "tags on shelves, by EUR 1.00 *"
     none = cheap.model_copy(update={"cost_cents": None, "winner": None, "lower_bound_cents": None})
-    assert verdict(shelves, floor, none) == "tags in the floor: no other design holds"
+    assert verdict(shelves, floor, none) == "tags in the floor; the others were all refuted"
     undecided = none.model_copy(update={"lower_bound_cents": floor.cost_cents - 1})
     assert verdict(shelves, floor, undecided) == "tags in the floor, of those certified"
     assert verdict(shelves, none.model_copy(update={"family": "floor"}), none) == "neither certified"
