@@ -8,7 +8,8 @@
 2. *Places.*  The posterior of `soft_grid`, from a prior about the nominal place; of a swapped tag about its partner's,
    of a misplaced one about where it was read.
 3. *Dead tags.*  A tag that was never read is **dead** if a living one, laid as the prior has it, would have stayed
-   silent over all these polls with a chance below 0.001; else it is **unseen**: the survey cannot tell.  Where another
+   silent over all these polls with a chance below 0.001, tag by tag; else it is **unseen**: the survey cannot tell.
+   Of n living tags the survey lists 0.001 n on average at most, and fewer once passes are many.  Where another
    tag was found at its place, the prior is about that one's.  A tag that is nowhere near counts as dead, too.
 """
 
