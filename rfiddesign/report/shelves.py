@@ -109,7 +109,7 @@ def verdict(shelves: Shelves, floor: FamilyAnswer, other: FamilyAnswer) -> str:
     if floor.cost_cents is None or other.cost_cents is None:
         won, lost = (floor, other) if other.cost_cents is None else (other, floor)
         if lost.lower_bound_cents is None:
-            return f"{NAMES[won.family]}: no other design holds"
+            return f"{NAMES[won.family]}; the others were all refuted"
         is_surely = lost.lower_bound_cents >= won.cost_cents
         return NAMES[won.family] + ("" if is_surely else ", of those certified")
     if floor.cost_cents == other.cost_cents:

@@ -43,6 +43,7 @@ from rfiddesign.simulation.shelf_run import ShelfDesign, ShelfJob, ShelfSimulato
 from rfiddesign.simulation.snapshot_drive import DriveSettings
 from rfiddesign.study.candidates import Candidates
 from rfiddesign.study.checked import checked
+from rfiddesign.study.config import StudyFile
 from rfiddesign.study.hall import hall_of
 from rfiddesign.study.load import Study
 from rfiddesign.study.outcomes import StoredOutcomes, StoredRuns
@@ -168,7 +169,7 @@ def search_shelves(
     with RunTable(out / files.SHELF_RUNS) as table, ShelfSimulator(trial, n_workers) as simulator:
         runs = StoredRuns(lambda number, run, _: ShelfJob(designs[number], run), simulator, table)
         try:
-            for factor in factors_of(study):
+            for factor in factors_of(study.file):
                 searches += _search(study, FLOOR, factor, floor_cents, (floor_runs, list(candidates.numbers)), on_stage)
                 searches += _search(study, SHELVES, factor, cents, (runs, numbers), on_stage)
         finally:
@@ -177,16 +178,15 @@ def search_shelves(
     return ShelvesFound(trial, designs, costs, tuple(searches), consumed)
 
 
-def factors_of(study: Study) -> list[float]:
+def factors_of(file: StudyFile) -> list[float]:
     """What the limits are multiplied by, rising; 1 is among them."""
-    return sorted({1.0, *study.file.search.limit_factors})
+    return sorted({1.0, *file.search.limit_factors})
 
 
-def family_plan(study: Study, family: str, n_designs: int) -> TestPlan:
-    """The test of a family of so many designs: certification is divided by designs and limits."""
-    plan = test_plan(study, n_designs * len(factors_of(study)))
-    own_cap = study.file.shelves.max_runs
-    return replace(plan, max_runs=own_cap) if family == SHELVES and own_cap is not None else plan
+def family_plan(file: StudyFile, plan: TestPlan, family: str, n_designs: int) -> TestPlan:
+    """The study's test for a family of so many designs: certification is divided by designs and limits."""
+    own_cap = file.shelves.max_runs if family == SHELVES else None
+    return replace(plan, n_designs=n_designs * len(factors_of(file)), max_runs=own_cap or plan.max_runs)
 
 
 def _search(
@@ -195,7 +195,7 @@ def _search(
 ) -> list[FamilySearch]:  # fmt: skip
     """One family at one limit, for every fleet."""
     runs, numbers = sampled
-    plan = family_plan(study, family, len(numbers))
+    plan = family_plan(study.file, test_plan(study, len(numbers)), family, len(numbers))
     ahead = {"designs_ahead": SHELVES_AHEAD} if family == SHELVES else {}
     outcomes = StoredOutcomes(runs, numbers, study.criteria.scaled(factor), **ahead)
     found = []

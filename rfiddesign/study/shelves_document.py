@@ -1,6 +1,7 @@
 """From the families that were searched to the record that is saved: `shelves.json`."""
 
 import hashlib
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +46,7 @@ def shelves_record(study: Study, candidates: Candidates, floor: Floor, found: Sh
             area_m2=rounded(floor.area_m2),
         ),
         robots=list(found.costs),
-        factors=factors_of(study),
+        factors=factors_of(study.file),
         hold_probability=search.hold_probability,
         fail_probability=search.fail_probability,
         alpha_refute=search.alpha_refute,
@@ -59,7 +60,7 @@ def shelves_record(study: Study, candidates: Candidates, floor: Floor, found: Sh
             for (family, number), runs in found.runs.items()
             if runs
         ],
-        runs_sha256=_hash(found),
+        runs_sha256=runs_digest([(*key, runs) for key, runs in found.runs.items() if runs]),
     )
 
 
@@ -125,9 +126,9 @@ def _tested(
     )
 
 
-def _hash(found: ShelvesFound) -> str:
-    """Hash of all runs that decided, in the order of the record."""
+def runs_digest(consumed: Sequence[tuple[str, int, Sequence[RunMetrics]]]) -> str:
+    """Hash of runs, given as (family, number of the design, its runs)."""
     digest = hashlib.sha256()
-    for (family, number), runs in found.runs.items():
+    for family, number, runs in consumed:
         digest.update(f"{family} {number} {runs_hash([runs])}\0".encode())
     return digest.hexdigest()

@@ -21,6 +21,7 @@ from rfiddesign.study.certificate import boundary_records, file_hashes, runs_has
 from rfiddesign.study.document import cost_line_records
 from rfiddesign.study.held import Held, read_held
 from rfiddesign.study.pipeline import hash_of, joined_hash
+from rfiddesign.study.verify_shelves import look_at_shelves
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,8 @@ def verify(folder: Path) -> tuple[Check, ...]:
         ("chosen designs are those of the answers", _look_at_designs),
         ("files beside the answers are those that were written", _look_at_files),
     )
+    if held.file.shelves is not None:
+        looks += (("answers of floor and shelf designs follow from their runs", look_at_shelves),)
     return tuple(Check(what, n, tuple(faults)) for what, look in looks for n, faults in (look(held),))
 
 

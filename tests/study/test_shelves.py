@@ -1,6 +1,7 @@
 """Floor or shelf: both families are searched by the same test, and a page compares them."""
 
 import shutil
+import sqlite3
 from dataclasses import replace
 from pathlib import Path
 
@@ -67,13 +68,13 @@ def test_every_answer_is_that_of_a_search_of_its_own(shelved, shelves, trial):
         def prefetch(self, requests):
             pass
 
-    plan = family_plan(study, SHELVES, len(designs))
+    plan = family_plan(study.file, pipeline.test_plan(study, len(designs)), SHELVES, len(designs))
     assert plan.n_designs == len(designs) * 2
     assert plan.max_runs == 30
     for n_robots in (1, 20):
         prices = price_shelves(study, setting, designs, n_robots)
         cents = np.array([price.total_cents for price in prices])
-        for factor in factors_of(study):
+        for factor in factors_of(study.file):
             answer = shelves.answer("shelves", n_robots, factor)
             alone = cheapest_certified(cents, Alone(500.0 * factor), plan)
             assert (answer.winner, answer.claim, answer.n_runs_used) == (alone.winner, alone.claim, alone.n_runs_used)
@@ -130,7 +131,21 @@ def test_the_certificate_holds_the_record(shelved, tmp_path):
     text = (changed / "shelves.json").read_text()
     (changed / "shelves.json").write_text(text.replace('"n_passed": ', '"n_passed": 1', 1))
     faults = [fault for check in verify(changed) for fault in check.faults]
-    assert any("shelves.json" in fault for fault in faults)
+    assert any("shelves.json: is not what was written" in fault for fault in faults)
+    assert any("the winner is certified on 1" in fault for fault in faults)
+
+
+def test_a_run_that_was_changed_or_lost_is_found(shelved, tmp_path):
+    for change, words in (
+        ("UPDATE runs SET position_mean_mm = position_mean_mm + 1e-9 WHERE run = 0", "its hash differs"),
+        ("DELETE FROM runs WHERE run = 0", "0 are stored"),
+    ):
+        changed = shutil.copytree(shelved, tmp_path / words.replace(" ", "-"))
+        with sqlite3.connect(changed / "shelf-runs.sqlite") as connection:
+            connection.execute(change)
+        connection.close()
+        faults = [fault for check in verify(changed) for fault in check.faults]
+        assert any(fault.startswith("shelves.json") and words in fault for fault in faults)
 
 
 @pytest.mark.usefixtures("without_pictures")
@@ -152,7 +167,7 @@ def test_verdicts_say_no_more_than_the_answers(shelves):
     open_floor = floor.model_copy(update={"lower_bound_cents": floor.cost_cents - 200})
     assert verdict(shelves, open_floor, cheap) == "tags on shelves, by EUR 1.00 *"
     none = cheap.model_copy(update={"cost_cents": None, "winner": None, "lower_bound_cents": None})
-    assert verdict(shelves, floor, none) == "tags in the floor: no other design holds"
+    assert verdict(shelves, floor, none) == "tags in the floor; the others were all refuted"
     undecided = none.model_copy(update={"lower_bound_cents": floor.cost_cents - 1})
     assert verdict(shelves, floor, undecided) == "tags in the floor, of those certified"
     assert verdict(shelves, none.model_copy(update={"family": "floor"}), none) == "neither certified"
@@ -199,5 +214,6 @@ def test_a_study_without_shelves_has_no_such_record(finished):
 
 def test_a_shelf_plan_has_the_studys_alphas(trial):
     study, _ = trial
-    plan, own = family_plan(study, SHELVES, 5), pipeline.test_plan(study, 10)
+    own = pipeline.test_plan(study, 10)
+    plan = family_plan(study.file, own, SHELVES, 5)
     assert replace(plan, max_runs=own.max_runs) == own
