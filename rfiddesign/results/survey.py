@@ -74,9 +74,10 @@ class SurveyedFloor(Record):
     `laid_mm` is how far off tags lie per axis as their reads have it, whatever was declared; `is_as_declared` whether
     that fits.  `before` and `after` are errors of the nominal and of the surveyed map (None for a recorded log, whose
     truth nobody knows), over tags that were read and belong where they were found; `distances_*` are those distances,
-    tag by tag.  `calibration` is the mean squared error over the covariance said, 2 if that is right.  `early_*` are mistakes found
-    after the first two passes.  `gain_mm` is the paired mean saving of the surveyed over the checked map.
-    `cheapest_denser` is the place of the cheapest denser floor that reaches the surveyed error, None if none does.
+    tag by tag.  `calibration` is the mean squared error over the covariance said, 2 if that is right.  `early_*` are
+    mistakes found after the first two passes.  `gain_mm` is the paired mean saving of the surveyed over the checked
+    map.  `cheapest_denser` is the place of the cheapest denser floor that reaches the surveyed error, None if there is
+    none.
     """
 
     installation_error_mm: float
