@@ -17,22 +17,25 @@ FARTHEST_SIGMA = _F(5.0)
 
 
 @inline_kernel
-def _link(tags, place, height, at, law):
-    """Margin [dB] of LANES tags without fading and obstacles, and whether each is in range."""
-    x, y, normal_x, normal_y, z, offset = tags
-    ax, ay, boresight_x, boresight_y = at
-    reach, reach_2, beam_db, beam_most, tag_least = law[0], law[1], law[2], law[3], law[4]
-    dx, dy = lanes.load(x, place) - ax, lanes.load(y, place) - ay
-    dz = lanes.load(z, place) - height
-    d2 = lanes.greater(fma(dx, dx, fma(dy, dy, dz * dz)), _NEAREST_MM2)
+def _way(tags, place, height, at):
+    """Way (dx, dy) [mm] from an antenna to LANES tags, and its square with the rise [mm2]."""
+    dx, dy = lanes.load(tags[0], place) - at[0], lanes.load(tags[1], place) - at[1]
+    dz = lanes.load(tags[4], place) - height
+    return dx, dy, lanes.greater(fma(dx, dx, fma(dy, dy, dz * dz)), _NEAREST_MM2)
+
+
+@inline_kernel
+def _link(tags, place, way, at, law):
+    """Margin [dB] of LANES tags without fading and obstacles."""
+    dx, dy, d2 = way
+    reach, _, beam_db, beam_most, tag_least = law[0], law[1], law[2], law[3], law[4]
     log_d2 = log_32(d2)
     inverse = exp_32(log_d2 * _F(-0.5))
-    off_boresight = _F(1.0) - fma(dx, boresight_x, dy * boresight_y) * inverse
-    facing = fma(dx, lanes.load(normal_x, place), dy * lanes.load(normal_y, place)) * inverse
+    off_boresight = _F(1.0) - fma(dx, at[2], dy * at[3]) * inverse
+    facing = fma(dx, lanes.load(tags[2], place), dy * lanes.load(tags[3], place)) * inverse
     pattern = lanes.lesser(off_boresight * beam_db, beam_most)
     tag_db = log_32(lanes.greater(facing * facing, tag_least)) * _DB_PER_NEPER
-    margin = fma(log_d2, -_DB_PER_NEPER, reach) - pattern + tag_db + lanes.load(offset, place)
-    return margin, d2 < reach_2
+    return fma(log_d2, -_DB_PER_NEPER, reach) - pattern + tag_db + lanes.load(tags[5], place)
 
 
 @leaf_kernel
@@ -70,7 +73,7 @@ def blocking_db(ax, ay, bx, by, edges, edge_start, bounds, loss):
 
 @kernel
 def read_probability(poses, height, tags, fading, law, obstacles, out):
-    """Write the chance of each tag to be read from each pose to `out` (n, n_tags); see `UhfWorld.read_probability`.
+    """Write the chance of each tag to be read from each pose to `out` (n, n_tags), zeros; see `UhfWorld`.
 
     Parameters
     ----------
@@ -100,10 +103,11 @@ def read_probability(poses, height, tags, fading, law, obstacles, out):
         at = (_F(x), _F(y), _F(cosine), _F(sine))
         for place in range(0, n_tags, LANES):
             n_here = min(LANES, n_tags - place)
-            for j in range(n_here):
-                out[i, place + j] = _F(0.0)
-            margin, is_near = _link(tags, place, height, at, law)
-            margin = lanes.choose(is_near, margin, _F(-1e9))
+            way = _way(tags, place, height, at)
+            is_near = way[2] < law[1]
+            if lanes.how_many(is_near) == 0:
+                continue
+            margin = lanes.choose(is_near, _link(tags, place, way, at, law), _F(-1e9))
             if lanes.how_many(lanes.copies(before_fading) < margin) == 0:
                 continue
             begin = place * n_features

@@ -144,7 +144,7 @@ class UhfWorld:
             raise ValueError(f"antenna_poses has shape {poses.shape}, must be (n, 3)")
         if not (np.abs(poses) < 1e7).all():
             raise ValueError("antenna_poses: must be finite and below 1e7")
-        out = np.empty((len(poses), self.n_tags), np.float32)
+        out = np.zeros((len(poses), self.n_tags), np.float32)
         height = np.float32(self.field.antenna_height_mm)
         kernels.read_probability(
             poses, height, self._tags, (self.waves, self._weights.ravel()), self.field.compiled, self._obstacles, out

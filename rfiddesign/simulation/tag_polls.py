@@ -25,7 +25,7 @@ def antenna_poses(poses: ArrayLike, mountings: ArrayLike) -> np.ndarray:
     poses, mountings = np.asarray(poses, float), np.asarray(mountings, float)
     if len(poses) * len(mountings) > MAX_POLLS:
         raise ValueError(f"poses has {len(poses):,} rows, at most {MAX_POLLS // len(mountings):,} are allowed")
-    return np.concatenate([compose(pose, mountings) for pose in poses]).reshape(-1, 3)
+    return compose(poses[:, None], mountings).reshape(-1, 3)
 
 
 def poll_tags(

@@ -73,14 +73,14 @@ def test_the_adaptive_model_gains_where_the_tag_is_near_and_neither_does_after_t
 def test_in_the_office_contact_makes_tags_known_and_silence_and_distances_help():
     for table in ("office", "office, UHF sector"):
         for mark in ("1 m", "2 m"):
-            fixed, adaptive, powers = (
-                number(table, f"{mark} in contact", f"{model}_cm") for model in ("fixed", "adaptive", "powers")
+            fixed, adaptive, field = (
+                number(table, f"{mark} in contact", f"{model}_cm") for model in ("fixed", "adaptive", "field_distances")
             )
-            assert fixed > adaptive > powers
+            assert fixed > adaptive > field
             assert number(table, f"{mark} driven", "fixed_cm") > fixed
         assert number(table, "2 m in contact", "fixed_cm") < 0.7 * number(table, "1 m in contact", "fixed_cm")
     # In a world as believed the covariance is honest; where reads are certain, it is cautious.
-    assert 1.2 < number("office, UHF sector", "powers, covariance in the end", "nees") < 3.0
+    assert 1.2 < number("office, UHF sector", "covariance of read field, distances", "nees") < 3.0
 
 
 def test_the_numbers_do_not_depend_on_the_number_of_workers():
@@ -146,6 +146,8 @@ def test_the_line_has_an_antenna_to_either_side_and_the_tag_is_read_by_one_going
         ("n_passages = 4", "n_passages = 9", "passages are wider than the office"),
         ("wall_mm = 200.0", "wall_mm = 1000.0", "wall_mm leaves nothing"),
         ("side_m = 16.0", "side_mm = 16.0", "side_mm"),
+        ("poll_s = 1.0", "poll_s = 0.01", "more than 100,000 polls"),
+        ("believed_softness = 0.1", "believed_softness = 0.9", "office.uhf.*cell_mm"),
         ('kind = "tag_mapping"', 'kind = "tag_maping"', "must be one of"),
     ],
 )

@@ -14,6 +14,8 @@ from rfiddesign.numerics._math_kernels import sin_cos_64
 
 # Looking for cells that may be given up costs about what a poll does.
 _POLLS_PER_TRIM = 16
+# Largest logarithm beyond which all are lowered: where sums of float32 are good to 4e-6.
+_FAR_FROM_0 = 30.0
 # Distance within which a point counts as on an ellipse's border, and thus in it: shares of its axes, squared.
 _ON_BORDER = 1e-9
 
@@ -155,15 +157,22 @@ def weigh_by_table(logs, box, low_x, low_y, cell, x, y, heading, table, n_v, low
 
 @leaf_kernel
 def weigh_by_polls(logs, box, low_x, low_y, cell, poses, said, tables, n_v, low_u, low_v, table_cell, at, parts, tops):
-    """Weigh by polls of an antenna at `poses` (m, 3), poll k saying `tables[said[k]]`, see `weigh_by_table`."""
+    """Weigh by polls of an antenna at `poses` (m, 3), poll k saying `tables[said[k]]`, see `weigh_by_table`.
+
+    Returns how far all logarithms were lowered, so that they stay where float32 is fine.
+    """
+    lowered = 0.0
     for k in range(poses.shape[0]):
         weigh_by_table(
             logs, box, low_x, low_y, cell, poses[k, 0], poses[k, 1], poses[k, 2], tables[said[k]], n_v, low_u, low_v,
             table_cell, at, parts,
         )  # fmt: skip
-        if k % _POLLS_PER_TRIM == _POLLS_PER_TRIM - 1:
-            trim(logs, box, tops)
-    trim(logs, box, tops)
+        if k % _POLLS_PER_TRIM == _POLLS_PER_TRIM - 1 or k == poses.shape[0] - 1:
+            best = trim(logs, box, tops)
+            if abs(best) > _FAR_FROM_0:
+                lower(logs, box, best)
+                lowered += best
+    return lowered
 
 
 @leaf_kernel
@@ -186,7 +195,7 @@ def weigh_by_reads(logs, box, low_x, low_y, cell, poses, ellipses, ratio, most, 
         inner_add, outer_add = ellipses[k, 1], ellipses[k, 3]
         if best + max(inner_add, outer_add) > most:
             best = largest(logs, box, tops)
-            lower(logs, best)
+            lower(logs, box, best)
             lowered += best
             best = 0.0
         weigh_by_ellipses(

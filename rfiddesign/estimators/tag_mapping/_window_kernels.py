@@ -63,11 +63,11 @@ def largest(logs, box, tops):
 
 
 @leaf_kernel
-def lower(logs, amount):
+def lower(logs, box, amount):
     """Subtract the same from all: the belief stays as it is, and its logarithms near 0, where float32 is fine."""
     step = np.float32(-amount)
-    for row in range(logs.shape[0]):
-        add(logs[row], step)
+    for row in range(box[0], box[1]):
+        add(logs[row, box[2] : box[3]], step)
 
 
 @leaf_kernel
@@ -114,12 +114,13 @@ def peak(logs, box, best, counts):
 
 @leaf_kernel
 def trim(logs, box, tops):
-    """Give up cells with e^-40 of the best one's mass or less, and shrink the box to what is left.
+    """Give up cells with e^-40 of the best one's mass or less, shrink the box to what is left; returns the largest log.
 
     `tops` (n,) float32 is room.
     """
     low, high, nothing = box[2], box[3], np.float32(-np.inf)
-    least = largest(logs, box, tops) + _LEAST_LOG
+    best = largest(logs, box, tops)
+    least = best + _LEAST_LOG
     tops = tops[: high - low]
     first_row, last_row, first_column, last_column = box[1], box[0], high, low
     for i in range(tops.shape[0]):
@@ -136,3 +137,4 @@ def trim(logs, box, tops):
         if tops[i] > nothing:
             first_column, last_column = min(first_column, low + i), low + i + 1
     box[0], box[1], box[2], box[3] = first_row, last_row, first_column, last_column
+    return best

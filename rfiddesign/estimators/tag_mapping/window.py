@@ -134,12 +134,12 @@ def weigh_by_words(window: Window, poses: ArrayLike, said: ArrayLike, field: Log
     if said.size and not 0 <= said.min() <= said.max() < n_things:
         raise ValueError(f"said has a number outside 0 to {n_things - 1}, the field's tables")
     logs, box, n = window.logs.copy(), np.array(window.box), len(window.logs)
-    observation_kernels.weigh_by_polls(
+    lowered = observation_kernels.weigh_by_polls(
         logs, box, *window._frame, poses, said, field.tables.reshape(n_things, -1), n_v,
         field.low_u, field.low_v, field.cell_mm, np.empty(n, np.int32), np.empty((2, n), np.float32),
         np.empty(n, np.float32),
     )  # fmt: skip
-    scale = window.log_scale + float(field.far[said].sum())
+    scale = window.log_scale + lowered + float(field.far[said].sum())
     return replace(window, logs=logs, log_scale=scale, box=tuple(box.tolist()))
 
 

@@ -1,7 +1,5 @@
 """The kind "snapshots": localization by RFID snapshots in simulated worlds (uhf_snapshots)."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -12,8 +10,11 @@ from rfiddesign.reproduce.snapshots.config import SnapshotsFile
 from rfiddesign.reproduce.snapshots.experiments import FEW_CYCLES, STARTS, STEPS, Errors, tasks
 from rfiddesign.reproduce.snapshots.figures import figures_of
 from rfiddesign.reproduce.snapshots.speed import speed_rows
+from rfiddesign.reproduce.workers import in_threads
 
 File = SnapshotsFile
+#: Tables of the paper, which get all metrics.
+PAPERS = ("table III", "table IV")
 
 
 def prepared(loaded: Reproduction) -> Reproduction:
@@ -31,11 +32,10 @@ def measure(
     errors: Errors = {}
     work = tasks(file, is_quick=is_quick)
     count = counter("data sets", len(work), on_progress)
-    with ThreadPoolExecutor(n_workers) as pool:
-        for found in pool.map(lambda task: task.run(), work):
-            for key, values in found.items():
-                errors.setdefault(key, []).extend(values)
-            count()
+    for found in in_threads(lambda task: task.run(), work, n_workers):
+        for key, values in found.items():
+            errors.setdefault(key, []).extend(values)
+        count()
     rows = []
     for (table, row), values in errors.items():
         step = table.rpartition(", ")[2]
@@ -48,6 +48,8 @@ def measure(
             table = "table II"
         else:
             named = _of_runs(values, file.lost_m)
+            if table not in PAPERS:
+                named = {name: named[name] for name in ("median_m", "failure_rate")}
         printed = published.get(table, {}).get(row, {})
         rows += [
             Row(table, row, name, printed.get(name), value, stderr, unit_of(name))

@@ -2,19 +2,28 @@
 
 from matplotlib.figure import Figure
 
+from rfiddesign.errors import StudyError
 from rfiddesign.reproduce.progress import OnProgress
 from rfiddesign.reproduce.reproduction import Reproduction
 from rfiddesign.reproduce.rows import Row
-from rfiddesign.reproduce.tag_mapping import config, figures, line, office
+from rfiddesign.reproduce.tag_mapping import figures, line, models, office
 from rfiddesign.reproduce.tag_mapping.config import TagMappingFile
 
-__all__ = ["File", "config", "measure", "prepared"]
+__all__ = ["File", "measure", "prepared"]
 
 File = TagMappingFile
 
 
 def prepared(loaded: Reproduction) -> Reproduction:
-    """The reproduction as it is: its types tell all that may be wrong."""
+    """The reproduction as it is; StudyError for models that cannot be built."""
+    file = loaded.file
+    for key, field in (("office.paper", file.office.paper), ("office.uhf", file.office.uhf)):
+        try:
+            mapping = models.fitted(file.mapping, field)
+            models.papers_models(mapping)
+            models.field_models(mapping, models.lobes(mapping, field)[1])
+        except ValueError as error:
+            raise StudyError(str(error), file=loaded.path, key=key) from None
     return loaded
 
 

@@ -14,6 +14,8 @@ Runs = Annotated[int, Field(ge=1, le=10_000)]
 Ratio = Annotated[float, Field(ge=0.05, le=2)]
 Offsets = Annotated[list[Length], Field(min_length=1, max_length=20)]
 Sides = Annotated[list[Annotated[float, Field(ge=-180, le=180)]], Field(min_length=1, max_length=16)]
+# Of a drive through the office.
+MOST_POLLS = 100_000
 
 
 class MappingSection(Section):
@@ -102,6 +104,8 @@ class OfficeSection(Section):
     def _passages_fit(self) -> "OfficeSection":
         if self.n_passages * self.passage_mm > 1e3 * self.side_m:
             raise ValueError("passages are wider than the office")
+        if max(self.duration_s, self.quick_duration_s) / self.poll_s > MOST_POLLS:
+            raise ValueError(f"duration_s and poll_s make more than {MOST_POLLS:,} polls")
         if 2.0 * self.wall_mm >= self.passage_mm:
             raise ValueError("wall_mm leaves nothing of the passages")
         if self.marks_m != sorted(set(self.marks_m)):

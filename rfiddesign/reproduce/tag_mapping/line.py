@@ -1,6 +1,5 @@
 """The line experiments of tag_mapping_adaptive_likelihood (section IV-B): past one tag, turn, and back."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,7 @@ from rfiddesign.reproduce.progress import OnProgress, counter
 from rfiddesign.reproduce.rows import Row, row_of
 from rfiddesign.reproduce.tag_mapping.config import TagMappingFile
 from rfiddesign.reproduce.tag_mapping.models import ADAPTIVE, FIXED, mountings, papers_lobe, papers_models
+from rfiddesign.reproduce.workers import in_threads
 from rfiddesign.simulation.tag_polls import antenna_poses, poll_tags
 
 TABLE, LENGTHS, SIGNALS = "line", "ellipse length", "signal"
@@ -115,10 +115,9 @@ def measure(
         models = papers_models(file.mapping, length)
         return [metrics_of(models, drive(file, offset, signal, run)) for run in range(n_runs)]
 
-    with ThreadPoolExecutor(n_workers) as pool:
-        for (table, row, *_), runs in zip(cases, pool.map(errors_of, cases), strict=True):
-            printed = published.get(table, {}).get(row, {})
-            for metric in METRICS if table == TABLE else GAINS:
-                rows.append(row_of(table, row, metric, np.array([run[metric] for run in runs]), printed.get(metric)))
-            count()
+    for (table, row, *_), runs in zip(cases, in_threads(errors_of, cases, n_workers), strict=True):
+        printed = published.get(table, {}).get(row, {})
+        for metric in METRICS if table == TABLE else GAINS:
+            rows.append(row_of(table, row, metric, np.array([run[metric] for run in runs]), printed.get(metric)))
+        count()
     return rows

@@ -10,13 +10,13 @@ from rfiddesign.estimators.tag_mapping.likelihood import AdaptiveLikelihood, Fix
 from rfiddesign.models.lobe import Lobe
 from rfiddesign.reproduce.tag_mapping.config import FieldSection, MappingSection
 
-FIXED, ADAPTIVE, FIELD, POWERS = "fixed", "adaptive", "field", "powers"
+FIXED, ADAPTIVE, FIELD, WITH_DISTANCES = "fixed", "adaptive", "field", "field_distances"
 #: What the models are called where they are drawn.
 NAMES = {
     FIXED: "fixed likelihood",
     ADAPTIVE: "adaptive likelihood",
-    FIELD: "read field, one distance",
-    POWERS: "read field, all distances",
+    FIELD: "read field",
+    WITH_DISTANCES: "read field, distances",
 }
 
 
@@ -58,13 +58,10 @@ def lobes(section: MappingSection, field: FieldSection) -> tuple[Lobe, Lobe]:
 
 
 def field_models(section: MappingSection, believed: Lobe) -> dict[str, ByField]:
-    """The posterior by read field, from polls at the largest distance alone and from all distances."""
+    """The posterior by read field, which takes all reads to be alike or uses the distances at which they came."""
     distances = tuple(section.distances_mm)
+    field = believed.log_field(distances, section.cell_mm)
     return {
-        FIELD: ByField(
-            believed.log_field(distances[-1:], section.cell_mm), (), section.cell_mm, section.radius_mm
-        ),
-        POWERS: ByField(
-            believed.log_field(distances, section.cell_mm), distances, section.cell_mm, section.radius_mm
-        ),
-    }  # fmt: skip
+        name: ByField(field, used, section.cell_mm, section.radius_mm)
+        for name, used in ((FIELD, ()), (WITH_DISTANCES, distances))
+    }

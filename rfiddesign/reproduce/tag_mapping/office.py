@@ -1,7 +1,6 @@
 """The office of tag_mapping_adaptive_likelihood (section V): a robot wanders along passages with tags about."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,11 +11,23 @@ from rfiddesign.models.polls import Polls
 from rfiddesign.reproduce.progress import OnProgress, counter
 from rfiddesign.reproduce.rows import Row, row_of
 from rfiddesign.reproduce.tag_mapping.config import OfficeSection, TagMappingFile
-from rfiddesign.reproduce.tag_mapping.models import FIELD, POWERS, field_models, fitted, lobes, mountings, papers_models
+from rfiddesign.reproduce.tag_mapping.models import (
+    ADAPTIVE,
+    FIXED,
+    NAMES,
+    field_models,
+    fitted,
+    lobes,
+    mountings,
+    papers_models,
+)
+from rfiddesign.reproduce.workers import in_threads
 from rfiddesign.simulation.tag_polls import antenna_poses, poll_tags
 
 PAPER, UHF = "office", "office, UHF sector"
 WAYS = ("in contact", "driven")
+# Squared Mahalanobis distance in the plane within which half of a Gaussian lies.
+_WITHIN_HALF = 2.0 * math.log(2.0)
 # A robot at a wall looks further and further around for where it may go.
 _WIDER = 1.1
 
@@ -157,10 +168,9 @@ def measure(
             return errors(papers, fields, drive(file, true, duration_s, run), marks)
 
         found = []
-        with ThreadPoolExecutor(n_workers) as pool:
-            for result in pool.map(one, range(n_runs)):
-                found.append(result)
-                count()
+        for result in in_threads(one, range(n_runs), n_workers):
+            found.append(result)
+            count()
         runs[table] = found
         rows += _rows(table, section, found, published.get(table, {}))
     return rows, runs
@@ -178,28 +188,20 @@ def _rows(table: str, section: OfficeSection, found: list[OfficeErrors], publish
     for way in WAYS:
         for mark in section.marks_m:
             at, row = int(np.searchsorted(marks, 1e3 * mark)), f"{mark:g} m {way}"
-            errors_cm = {
-                name: np.array([one.mean_mm[name, way][at] for one in found]) / 10.0
-                for name in (*_names(found), FIELD, POWERS)
-            }
-            values = {f"{name}_cm": value for name, value in errors_cm.items()}
-            values["gain_cm"] = errors_cm["fixed"] - errors_cm["adaptive"]
+            values = {f"{name}_cm": np.array([one.mean_mm[name, way][at] for one in found]) / 10.0 for name in NAMES}
+            values["gain_cm"] = values[f"{FIXED}_cm"] - values[f"{ADAPTIVE}_cm"]
             values["tags"] = np.array([one.n_tags[way][at] for one in found], float)
             for metric, value in values.items():
                 rows.append(row_of(table, row, metric, value, published.get(row, {}).get(metric)))
-    for name in (FIELD, POWERS):
-        nees, within = (
-            np.concatenate([column_means(values[:, None]) for values in each])
-            for each in ([one.nees[name] for one in found], [one.nees[name] < _HALF_OF_ALL for one in found])
-        )
-        rows.append(row_of(table, f"{name}, covariance in the end", "nees", nees))
-        rows.append(row_of(table, f"{name}, covariance in the end", "within_half_share", within))
+    for name, words in NAMES.items():
+        if name in found[0].nees:
+            nees = [one.nees[name] for one in found]
+            row = f"covariance of {words}"
+            rows.append(row_of(table, row, "nees", _means(nees)))
+            rows.append(row_of(table, row, "within_half_share", _means([one < _WITHIN_HALF for one in nees])))
     return rows
 
 
-# Squared Mahalanobis distance in the plane within which half of a Gaussian lies.
-_HALF_OF_ALL = 2.0 * math.log(2.0)
-
-
-def _names(found: list[OfficeErrors]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(name for name, _ in found[0].mean_mm if name not in (FIELD, POWERS)))
+def _means(values: list[np.ndarray]) -> np.ndarray:
+    """Mean of each drive, nan where no tag was read."""
+    return np.concatenate([column_means(one[:, None]) for one in values])
