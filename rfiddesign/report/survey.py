@@ -140,6 +140,7 @@ def _found(floor: SurveyedFloor) -> Table:
         ("tags never read that may live", f"{floor.n_unseen:,}"),
         ("reads of a tag, in how many visits", f"{floor.reads_per_tag:.0f} in {floor.visits_per_tag:.1f}"),
         ("mean correction of a place", f"{floor.mean_correction_mm:.1f} mm"),
+        ("off the plan per axis, as reads have it", f"{floor.laid_mm:.1f} mm"),
         ("standard deviation per axis, as the survey says", f"{floor.sigma_mm:.1f} mm"),
     ]
     if floor.before is not None and floor.after is not None:

@@ -71,11 +71,13 @@ class Mistakes(Record):
 class SurveyedFloor(Record):
     """One floor as laid, its survey, and what follows.
 
-    `before` and `after` are errors of the nominal and of the surveyed map (None for a recorded log, whose truth nobody
-    knows), over tags that were read and belong where they were found; `distances_*` are those distances, tag by tag.
-    `calibration` is the mean squared error over the covariance said, 2 if that is right.  `early_*` are mistakes found
-    after the first two passes.  `gain_mm` is the paired mean saving of the surveyed over the checked map.
-    `cheapest_denser` is the place of the cheapest denser floor that reaches the surveyed error, None if none does.
+    `laid_mm` is how far off tags lie per axis as their reads have it, whatever was declared; `is_as_declared` whether
+    that fits.  `before` and `after` are errors of the nominal and of the surveyed map (None for a recorded log, whose
+    truth nobody knows), over tags that were read and belong where they were found; `distances_*` are those distances,
+    tag by tag.  `calibration` is the mean squared error over the covariance said, 2 if that is right.  `early_*` are
+    mistakes found after the first two passes.  `gain_mm` is the paired mean saving of the surveyed over the checked
+    map.  `cheapest_denser` is the place of the cheapest denser floor that reaches the surveyed error, None if there is
+    none.
     """
 
     installation_error_mm: float
@@ -87,6 +89,8 @@ class SurveyedFloor(Record):
     visits_per_tag: float
     mean_correction_mm: float
     sigma_mm: float
+    laid_mm: float
+    is_as_declared: bool
     before: TagErrors | None
     after: TagErrors | None
     calibration: float | None

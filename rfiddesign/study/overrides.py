@@ -17,6 +17,8 @@ SOURCE = "--set"
 _WORDS = {"true": True, "on": True, "yes": True, "false": False, "off": False, "no": False}
 # Which variants a study has, and how they are compared, is not among what a variant may change.
 NOT_SETTABLE = ("variants", "comparison")
+# What is asked beside the search for a design takes no short name from it: its keys have dotted paths alone.
+_DOTTED_ONLY = ("shelves.", "survey.")
 # A design names its density in one of two ways: setting one drops the other.
 _EXCLUSIVE = {"design.tags_per_m2": "pitch_mm", "design.pitch_mm": "tags_per_m2"}
 
@@ -30,7 +32,8 @@ def settable_keys(section: str = "mcl") -> dict[str, str]:
     paths = list(_paths(StudyFile, ()))
     names: dict[str, list[str]] = {}
     for path in paths:
-        names.setdefault(path.rsplit(".", 1)[-1], []).append(path)
+        if not path.startswith(_DOTTED_ONLY):
+            names.setdefault(path.rsplit(".", 1)[-1], []).append(path)
     short = {name: found[0] for name, found in names.items() if len(found) == 1}
     short |= {name: f"{section}.{name}" for name, found in names.items() if f"{section}.{name}" in found}
     # What is true comes before what a filter believes of it.

@@ -84,6 +84,8 @@ def _floor(study: Study, found: SurveyFound, floor: FloorFound) -> records.Surve
         visits_per_tag=rounded(float(surveyed.n_visits[surveyed.is_read].mean())) if surveyed.is_read.any() else 0.0,
         mean_correction_mm=rounded(mean_correction_mm(surveyed)),
         sigma_mm=rounded(surveyed.sigma_mm),
+        laid_mm=rounded(surveyed.laid_mm),
+        is_as_declared=surveyed.is_as_declared,
         before=_errors(before) if is_known else None,
         after=_errors(np.hypot(*errors.T)) if is_known else None,
         calibration=rounded(_calibration(errors, surveyed.covariance_mm2[is_placed])) if is_known else None,
@@ -102,7 +104,7 @@ def _floor(study: Study, found: SurveyFound, floor: FloorFound) -> records.Surve
         denser=[_denser(denser) for denser in floor.denser],
         cheapest_denser=cheapest,
         advice=advice,
-        reasons=[*reasons, checking(floor)],
+        reasons=[*reasons, checking(floor), *doubts(floor)],
     )
 
 
@@ -123,6 +125,7 @@ def advise(study: Study, found: SurveyFound, floor: FloorFound) -> tuple[records
         reason = f"It saves less than {least:.0%} of the checked map's error, the least worth anything: {told}."
         return "does not pay", [reason]
     reasons = [f"It saves {gain.mean / checked.mean():.0%} of the checked map's error: {told}."]
+    reasons.append(_kept(study, floor))
     denser = next((denser for denser in floor.denser if denser.reaches), None)
     if denser is None:
         if floor.denser:
@@ -143,6 +146,16 @@ def advise(study: Study, found: SurveyFound, floor: FloorFound) -> tuple[records
     return ("pays" if found.cost.total_cents < denser.extra_cents else "does not pay"), reasons
 
 
+def _kept(study: Study, floor: FloorFound) -> str:
+    """How often the limits are kept with and without the survey, as a sentence."""
+    shares = [
+        float(np.mean([study.requirement.is_met(run) for run in floor.drives(name).runs]))
+        for name in ("checked", "surveyed")
+    ]
+    kept = f"{shares[0]:.0%} of drives with the checked map, in {shares[1]:.0%} with the surveyed one"
+    return f"The limits are kept in {kept}."
+
+
 def checking(floor: FloorFound) -> str:
     """What it does to strike off dead tags and to put swapped ones right, as a sentence."""
     nominal, checked = floor.drives("nominal").errors_mm, floor.drives("checked").errors_mm
@@ -153,6 +166,16 @@ def checking(floor: FloorFound) -> str:
         f" map's error from {nominal.mean():.2f} to {checked.mean():.2f} mm ({gain.mean:+.2f} +- {gain.stderr:.2f} mm"
         " saved)."
     )
+
+
+def doubts(floor: FloorFound) -> list[str]:
+    """A warning if tags do not lie as was declared, as a sentence."""
+    if floor.surveyed.is_as_declared:
+        return []
+    return [
+        f"Tags seem to lie {floor.surveyed.laid_mm:.1f} mm per axis off the plan, not {floor.installation_mm:g} mm as"
+        " declared: places and covariances rest on that; declare what is true."
+    ]
 
 
 def surveyed_csv(found: SurveyFound) -> str:

@@ -49,7 +49,8 @@ def a_floor(**changes) -> SurveyedFloor:
     found = Mistakes(n_true=3, n_found=2, n_missed=1, n_false=0)
     fields = {
         "installation_error_mm": 20.0, "is_recorded": False, "n_tags": 100, "n_read": 90, "n_unseen": 8,
-        "reads_per_tag": 64.0, "visits_per_tag": 16.0, "mean_correction_mm": 24.0, "sigma_mm": 5.3,
+        "reads_per_tag": 64.0, "visits_per_tag": 16.0, "mean_correction_mm": 24.0, "sigma_mm": 5.3, "laid_mm": 19.0,
+        "is_as_declared": True,
         "before": errors(28.0), "after": errors(7.0), "calibration": 1.7,
         "distances_before_mm": [10.0 + k for k in range(30)], "distances_after_mm": [0.3 * k for k in range(30)],
         "sample": [a_tag(i, j) for i in range(5) for j in range(5)], "dead": list(range(60)), "swapped": [(4, 9)],

@@ -39,6 +39,11 @@ def test_values_are_toml_or_words_for_true_and_false_or_text(text, value):
         ("world.odometry.noise_mm_per_s=3", {"world": {"odometry": {"noise_mm_per_s": 3}}}),
         ("space.tags_per_m2=[1.0]", {"space": {"tags_per_m2": [1.0]}}),
         ("title=a = b", {"title": "a = b"}),
+        ("turn_rate_deg_per_s=30", {"scenario": {"turn_rate_deg_per_s": 30}}),
+        ("dead_share=0.1", {"world": {"dead_share": 0.1}}),
+        ("max_runs=99", {"search": {"max_runs": 99}}),
+        ("survey.passes=4", {"survey": {"passes": 4}}),
+        ("shelves.max_runs=99", {"shelves": {"max_runs": 99}}),
     ],
 )
 def test_short_names_and_dotted_paths(setting, expected):

@@ -40,6 +40,8 @@ from rfiddesign.models.survey_log import SurveyLog, SurveyPolls
 FOUND, SWAPPED, MISPLACED, DEAD, UNSEEN = "found", "swapped", "misplaced", "dead", "unseen"
 #: Chance of a false alarm: of a pair on a whole floor, of each tag that was never read.
 FALSE_ALARM = 1e-3
+# What was declared is doubted if offsets are so many times as large or as small.
+_FACTOR = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +58,9 @@ class SurveyedTags:
     n_reads, n_visits : (n,) reads, and visits with at least one.
     silence : (n,) chance that a living tag would not have been read; 0 of those that were.
     n_unknown : reads of ids that the plan does not have.
+    laid_mm : standard deviation per axis of where tags lie about the plan, as their reads have it whatever was
+        declared [mm]: the median squared offset of the places where they were read, less what these places scatter by.
+    is_as_declared : False if these offsets, scatter included, are over twice or under half of what was declared.
     """
 
     nominal_mm: np.ndarray
@@ -67,6 +72,8 @@ class SurveyedTags:
     n_visits: np.ndarray
     silence: np.ndarray
     n_unknown: int
+    laid_mm: float
+    is_as_declared: bool
 
     @property
     def is_read(self) -> np.ndarray:
@@ -143,7 +150,9 @@ def survey_tags(
     material, n_unknown = _material(log, robot, n, reference, visit_s)
     n_reads = np.diff(material.tag_start)
     centres, n_visits, worth = _read_places(material, nominal)
-    status, partner, about = _sorted_out(nominal, centres, _spread(robot, installation_mm, reference, worth), n_reads)
+    scatter = _scatter(robot, reference, worth)
+    spread = np.sqrt(installation_mm**2 + scatter**2)
+    status, partner, about = _sorted_out(nominal, centres, spread, n_reads)
     grid = soft_grid(robot, reference, installation_mm, visit_s)
     anywhere_mm = math.hypot(reference.pose_mm, robot.area.reach_mm)
     wide = soft_grid(robot, reference, anywhere_mm, visit_s) if np.any(status == MISPLACED) else grid
@@ -158,7 +167,10 @@ def survey_tags(
             means[i], covariances[i] = about[i], installation_mm**2 * np.eye(2)
             silence[i] = math.exp(min(found.log_evidence, 0.0))
             status[i] = DEAD if silence[i] < FALSE_ALARM else UNSEEN
-    return SurveyedTags(nominal, means, covariances, status, partner, n_reads, n_visits, silence, n_unknown)
+    return SurveyedTags(
+        nominal, means, covariances, status, partner, n_reads, n_visits, silence, n_unknown,
+        *_as_laid((centres - nominal)[n_reads > 0], scatter[n_reads > 0], installation_mm),
+    )  # fmt: skip
 
 
 def _sorted_out(
@@ -215,10 +227,23 @@ def _read_places(material: _Material, nominal: np.ndarray) -> tuple[np.ndarray, 
     return centres, n_visits, worth
 
 
-def _spread(robot: Robot, installation_mm: float, reference: ReferenceError, worth: np.ndarray) -> np.ndarray:
-    """Standard deviation per axis of where a tag is read about its nominal place (n,); reads anywhere in the field."""
+def _scatter(robot: Robot, reference: ReferenceError, worth: np.ndarray) -> np.ndarray:
+    """Standard deviation per axis of where a tag is read about where it lies (n,); reads come from all of the field."""
     field = max(robot.area.covariance_mm2[0][0], robot.area.covariance_mm2[1][1])
-    return np.sqrt(installation_mm**2 + (reference.pose_mm**2 + field) / worth)
+    return np.sqrt((reference.pose_mm**2 + field) / worth)
+
+
+def _as_laid(offsets: np.ndarray, scatter: np.ndarray, declared_mm: float) -> tuple[float, bool]:
+    """How far off tags lie from the plan, and whether that is as declared, from where they were read and its scatter.
+
+    Of a Gaussian in the plane the median squared distance is 2 ln 2 variances; mixed-up tags do not move it.
+    """
+    if not len(offsets):
+        return 0.0, True
+    seen = float(np.median(np.sum(offsets**2, axis=1))) / (2.0 * math.log(2.0))
+    own = float(np.median(scatter**2))
+    ratio = seen / (declared_mm**2 + own)
+    return math.sqrt(max(seen - own, 0.0)), 1.0 / _FACTOR**2 < ratio < _FACTOR**2
 
 
 def _swapped(nominal: np.ndarray, centres: np.ndarray, spread: np.ndarray) -> np.ndarray:

@@ -175,6 +175,17 @@ def test_a_tag_that_lies_where_none_should_is_misplaced_and_found_there():
     assert np.hypot(*(found.mean_mm[middle] - true[middle])) < 25.0
 
 
+@pytest.mark.parametrize("laid_to", [5.0, 20.0])
+def test_a_survey_tells_how_well_a_floor_was_laid_whatever_was_declared(laid_to):
+    design = design_of()
+    laid = lay_floor(design.pattern.lay(FLOOR.drivable), LayingFaults(laid_to, 0.03, 2), 1)
+    log = drive_survey(SurveyRobot(design, World(reads=READS), REFERENCE), FLOOR, laid, SurveyPlan(), 1).log
+    for declared in (5.0, 20.0):
+        found = survey_tags(log, Robot.of(design, READS), laid.nominal_mm, declared, REFERENCE)
+        assert found.laid_mm == pytest.approx(laid_to, rel=0.35)
+        assert found.is_as_declared == (declared == laid_to)
+
+
 def test_reads_of_unknown_tags_are_counted_and_left_out():
     design = design_of()
     nominal = design.pattern.lay(FLOOR.drivable)
