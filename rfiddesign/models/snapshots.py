@@ -139,7 +139,7 @@ def concatenated(parts: Sequence[Snapshots]) -> Snapshots:
 
 @dataclass(frozen=True, eq=False)
 class SnapshotLog:
-    """What one drive recorded: a row per inquiry, stamped with the middle of the inquiry.
+    """What one drive recorded: a row per inquiry, stamped with one time within it, as its middle or its end.
 
     Parameters
     ----------

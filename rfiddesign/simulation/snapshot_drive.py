@@ -46,6 +46,7 @@ class DriveSettings:
     motion, faults : the true noise of the odometry, and what is systematically wrong with it.
     reference_mm, reference_rad : standard deviation of the reference poses, per axis and of the heading; drawn afresh
         for every inquiry.
+    stamp_share : when in an inquiry its pose is taken: 0.5 in its middle, 1 at its end, when the reader reports.
     mountings : poses (x, y [mm], yaw [rad]) of the antennas on the robot.
     """
 
@@ -57,6 +58,7 @@ class DriveSettings:
     faults: OdometryFaults = field(default_factory=OdometryFaults)
     reference_mm: float = 30.0
     reference_rad: float = 0.02
+    stamp_share: float = 0.5
     mountings: tuple[tuple[float, float, float], ...] = PAIRS_OF_B21
 
     def __post_init__(self) -> None:
@@ -66,6 +68,7 @@ class DriveSettings:
         require.within("turn_rate_rad_per_s", self.turn_rate_rad_per_s, low=1e-3, high=100.0)
         require.within("reference_mm", self.reference_mm, low=0.0, high=1_000.0)
         require.within("reference_rad", self.reference_rad, low=0.0, high=1.0)
+        require.within("stamp_share", self.stamp_share, low=0.0, high=1.0)
         if not 1 <= len(self.mountings) <= MAX_ANTENNAS:
             raise ValueError(f"mountings has {len(self.mountings)} antennas, must have 1 to {MAX_ANTENNAS}")
         for mounting in self.mountings:
@@ -139,7 +142,7 @@ def record_along(
     # Times of the cycles (n, n_cycles, n_antennas): in the middle of their slots.
     slot = (np.arange(n_cycles * n_antennas).reshape(n_cycles, n_antennas) + 0.5) / (n_cycles * n_antennas)
     times = edges[:-1, None, None] + np.diff(edges)[:, None, None] * slot
-    stamps = 0.5 * (edges[:-1] + edges[1:])
+    stamps = edges[:-1] + settings.stamp_share * np.diff(edges)
     true_poses = _poses_at(poses, dt_s, stamps)
     reference = _reference_poses(true_poses, settings, key)
     antennas = tuple(

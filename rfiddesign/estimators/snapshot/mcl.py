@@ -37,8 +37,10 @@ class SnapshotMcl:
     n_particles : number of particles.
     k_prime : tags that count in the likelihood of a snapshot (k' of eq. 9); None: all that training knows.
     start : "snapshots": at poses of training snapshots, as likely as the first snapshot is there (section IV-C);
-        "uniform": anywhere on the drivable floor.
+        "uniform": anywhere in the box around the drivable floor.
     start_noise_mm, start_noise_rad : by how much particles from training poses are scattered.
+    weighs_start : whether particles drawn from training poses, as likely as the first snapshot is there, are then weighed
+        by it as well.  Section IV-C writes it so, (r_i, w_i) with r_i drawn by w_i; Bayes' rule uses a snapshot once.
     """
 
     motion: Motion = field(default_factory=DifferentialMotion)
@@ -47,6 +49,7 @@ class SnapshotMcl:
     start: str = "snapshots"
     start_noise_mm: float = 100.0
     start_noise_rad: float = math.radians(5.0)
+    weighs_start: bool = False
 
     def __post_init__(self) -> None:
         check_particles(self.n_particles)
@@ -137,6 +140,9 @@ def init(ready: SnapshotFilter, log: SnapshotLog, key: int) -> SnapshotBelief:
     noise = np.array([settings.start_noise_mm, settings.start_noise_rad])
     if not kernels.draw_poses(np.uint64(key), logs, ready.training_poses, noise, drawn, headings, n):
         _scatter(ready, np.uint64(key), drawn, headings)
+    if settings.weighs_start:
+        belief = SnapshotBelief(np.uint64(key), 0, arrays, np.full(N_ESTIMATE, np.nan))
+        return track(ready, belief, log, 1, np.empty((len(log), N_ESTIMATE)))
     moments = np.empty((1, N_ESTIMATE))
     load(drawn, headings, cloud)
     estimate(n, cloud, moments, 0)
@@ -210,14 +216,12 @@ def _floor_of(drivable: BaseGeometry) -> tuple[np.ndarray, float, float, float]:
 
 
 def _scatter(ready: SnapshotFilter, key: np.uint64, drawn: np.ndarray, headings: np.ndarray) -> None:
-    """Draw particles anywhere on the floor, with any heading."""
+    """Draw particles anywhere in the box around the floor, with any heading, as all filters of unknown starts do."""
     is_drivable, x0, y0, per_mm = ready.model[6]
-    lines, columns = np.nonzero(is_drivable)
     n = ready.settings.n_particles
-    draws = np.empty(4 * n)
+    draws = np.empty(3 * n)
     fill_fine_uniform(np.uint64(step_key(key, STREAM_PLACE, 0)), draws)
-    cell, in_x, in_y, turns = draws.reshape(4, n)
-    cell = (cell * len(lines)).astype(np.int64)
-    drawn[0, :n] = x0 + (columns[cell] + in_x) / per_mm
-    drawn[1, :n] = y0 + (lines[cell] + in_y) / per_mm
+    x, y, turns = draws.reshape(3, n)
+    drawn[0, :n] = x0 + x * is_drivable.shape[1] / per_mm
+    drawn[1, :n] = y0 + y * is_drivable.shape[0] / per_mm
     headings[:n] = ((turns - 0.5) * 2 * math.pi * BINARY_UNITS_PER_RADIAN).astype(np.int64).astype(np.int32)
