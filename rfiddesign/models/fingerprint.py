@@ -13,6 +13,8 @@ from rfiddesign.models.step_prior import StepPrior
 
 # Tags times poses that one answer may hold: 1 GB.
 MAX_ANSWERS = 250_000_000
+# Cells that snapshots are sorted into.
+MAX_CELLS = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class FingerprintField:
 
     Raises
     ------
-    ValueError : if there are no snapshots, or they differ in the number of tags or of cycles.
+    ValueError : if there are no snapshots, they differ in the number of tags or of cycles, or lie too far apart.
     """
 
     def __init__(self, training: Sequence[Snapshots], smoothing: Smoothing | None = None):
@@ -65,7 +67,13 @@ class FingerprintField:
         self.n_snapshots = len(joined.poses)
         width = smoothing.reach * smoothing.sigma_mm
         low, high = joined.poses[:, :2].min(axis=0), joined.poses[:, :2].max(axis=0)
-        n_x, n_y = (int(side) + 1 for side in np.floor((high - low) / width))
+        sides = np.floor((high - low) / width) + 1
+        if not np.prod(sides) <= MAX_CELLS:
+            raise ValueError(
+                f"training extends over {high[0] - low[0]:g} by {high[1] - low[1]:g} mm: too far for kernels that"
+                f" reach {width:g} mm"
+            )
+        n_x, n_y = (int(side) for side in sides)
         column, row = np.floor((joined.poses[:, :2] - low) / width).astype(np.int64).T
         cell = np.minimum(row, n_y - 1) * n_x + np.minimum(column, n_x - 1)
         order = np.argsort(cell, kind="stable")
@@ -95,7 +103,9 @@ class FingerprintField:
 
     def with_support(self, antenna_poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """`read_probability`, and how many snapshots there are about each pose: the sum (n,) of their kernels."""
-        poses = np.ascontiguousarray(antenna_poses, float).reshape(-1, 3)
+        poses = np.ascontiguousarray(antenna_poses, float)
+        if poses.ndim != 2 or poses.shape[1] != 3 or not np.isfinite(poses).all():
+            raise ValueError(f"antenna_poses: shape {poses.shape}, must be finite and (n, 3)")
         if len(poses) * self.n_tags > MAX_ANSWERS:
             raise ValueError(f"antenna_poses has {len(poses):,} rows, must have {MAX_ANSWERS // self.n_tags:,} at most")
         out, support = np.empty((len(poses), self.n_tags), np.float32), np.empty(len(poses))

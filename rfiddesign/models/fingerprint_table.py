@@ -8,13 +8,15 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from rfiddesign import require
-from rfiddesign.models._fingerprint_table_kernels import MIDDLE, N_LEVELS, PER_LEVEL, TAG_BITS, UNTRAINED, pack
+from rfiddesign.floor import prepared_copy
+from rfiddesign.models._fingerprint_table_kernels import MIDDLE, N_LEVELS, PER_LEVEL, TAG_BITS, pack
 from rfiddesign.models.detection_field import DetectionField
 from rfiddesign.models.fingerprint import FingerprintField
 
 MAX_TAGS = 1 << TAG_BITS
-# Rows of the table; 200 times as many entries of 4 bytes are common.
 MAX_ROWS = 20_000_000
+# Entries of the table, of 4 bytes: 1 GB.
+MAX_ENTRIES = 250_000_000
 # Entries worked out at a time.
 _CHUNK = 4_000_000
 
@@ -69,11 +71,6 @@ class FingerprintTable:
         return self.cell_row.nbytes + self.start.nbytes + self.entries.nbytes + self.bases.nbytes
 
     @property
-    def trained_share(self) -> float:
-        """Share of the rows that know something."""
-        return float(np.mean(self.bases != UNTRAINED)) if self.bases.size else 0.0
-
-    @property
     def compiled(self) -> tuple:
         """The table for compiled code: (cell_row, start, entries, bases, x0, y0, cells per mm, n_headings)."""
         x0, y0 = self.origin_mm
@@ -91,7 +88,7 @@ def tabulate(detection: DetectionField, where: BaseGeometry, grid: TableGrid | N
 
     Raises
     ------
-    ValueError : if the field has too many tags, or the table would have too many rows.
+    ValueError : if the field has too many tags, or the table would have too many rows or entries.
     """
     grid = grid or TableGrid()
     if not 1 <= detection.n_tags <= MAX_TAGS:
@@ -105,21 +102,20 @@ def tabulate(detection: DetectionField, where: BaseGeometry, grid: TableGrid | N
     x = low_x + (np.arange(n_x) + 0.5) * grid.cell_mm
     y = low_y + (np.arange(n_y) + 0.5) * grid.cell_mm
     centres = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    shapely.prepare(where)
-    is_in = shapely.contains_xy(where, centres[:, 0], centres[:, 1])
+    is_in = shapely.contains_xy(prepared_copy(where), centres[:, 0], centres[:, 1])
     cell_row = np.where(is_in, np.cumsum(is_in) - 1, -1).astype(np.int32).reshape(n_y, n_x)
     headings = 2 * math.pi * np.arange(grid.n_headings) / grid.n_headings
-    parts = _rows(detection, centres[is_in], headings, grid.least_support)
+    parts = _rows(detection, centres[is_in], headings, grid.least_support, grid.cell_mm)
     entries, lengths, bases = (np.concatenate(column) for column in zip(*parts, strict=True))
     start = np.concatenate([[0], np.cumsum(lengths)])
     return FingerprintTable(grid, detection.n_tags, (low_x, low_y), cell_row, start, entries, bases)
 
 
 def _rows(
-    detection: DetectionField, centres: np.ndarray, headings: np.ndarray, least_support: float
+    detection: DetectionField, centres: np.ndarray, headings: np.ndarray, least_support: float, cell_mm: float
 ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Entries, their number and the base of each row, in chunks."""
-    parts = [(np.empty(0, np.uint32), np.empty(0, np.int64), np.empty(0, np.uint16))]
+    parts, n_entries = [(np.empty(0, np.uint32), np.empty(0, np.int64), np.empty(0, np.uint16))], 0
     n_cells = max(1, _CHUNK // (len(headings) * detection.n_tags))
     for begin in range(0, len(centres), n_cells):
         chunk = centres[begin : begin + n_cells]
@@ -131,6 +127,11 @@ def _rows(
         room = np.empty(chances.size, np.uint32)
         lengths, bases = np.empty(len(poses), np.int64), np.empty(len(poses), np.uint16)
         n = pack(np.ascontiguousarray(chances, np.float32), support, least_support, room, lengths, bases)
+        n_entries += n
+        if n_entries > MAX_ENTRIES:
+            raise ValueError(
+                f"cell_mm = {cell_mm:g} makes more than {MAX_ENTRIES:,} entries: must be larger, or n_headings fewer"
+            )
         parts.append((room[:n].copy(), lengths, bases))
     return parts
 

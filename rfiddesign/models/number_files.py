@@ -9,7 +9,8 @@ import numpy as np
 from rfiddesign.errors import StudyError
 from rfiddesign.results.folder import replacing
 
-MAX_BYTES = 500_000_000
+# In memory a file takes several times its size while it is read.
+MAX_BYTES = 200_000_000
 #: Largest values: a century in seconds, the largest floor, whole numbers of 32 bits.
 LARGEST_S, LARGEST_MM, LARGEST_RAD, LARGEST_WHOLE = 4e9, 5e6, 1e6, 2**31 - 1
 

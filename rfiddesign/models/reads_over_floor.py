@@ -49,7 +49,7 @@ def reads_over_floor(
     is_inside = shapely.contains_xy(prepared_copy(floor.navigable), *np.moveaxis(places, -1, 0))
     poses = np.column_stack([places[is_inside], np.full(is_inside.sum(), float(heading))])
     n_at_once = max(1, _MAX_CHANCES // max(field.n_tags, 1))
-    expected = []
+    expected = [np.empty(0)]
     for first in range(0, len(poses), n_at_once):
         missed = np.ones((len(poses[first : first + n_at_once]), field.n_tags))
         for mounting in mountings:

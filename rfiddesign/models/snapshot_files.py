@@ -41,15 +41,22 @@ COLUMNS = {
 }  # fmt: skip
 
 
-def read_snapshot_logs(folders: Sequence[str | Path]) -> list[SnapshotLog]:
+def read_snapshot_logs(folders: Sequence[str | Path], n_tags: int | None = None) -> list[SnapshotLog]:
     """Read recorded drives of one robot among the same tags; where the robot was in truth is what the reference says.
+
+    Parameters
+    ----------
+    folders : one for each drive.
+    n_tags : how many tags there are, for drives that are read by several calls; None: as many as these drives tell.
 
     Raises
     ------
     StudyError : naming file and line of what is missing or wrong, or the folder whose antennas differ from the first's.
     """
     tables = [{name: read_numbers(Path(folder) / name, COLUMNS[name]) for name in COLUMNS} for folder in folders]
-    n_tags = max((int(table[COUNTS][:, 2].max(initial=0)) + 1 for table in tables), default=1)
+    for table in tables:
+        table[ANTENNAS] = table[ANTENNAS][np.argsort(table[ANTENNAS][:, 0])]
+    n_tags = n_tags or max((int(table[COUNTS][:, 2].max(initial=0)) + 1 for table in tables), default=1)
     logs = []
     for folder, table in zip(folders, tables, strict=True):
         if not np.array_equal(table[ANTENNAS], tables[0][ANTENNAS]):
@@ -89,7 +96,6 @@ def _log_of(folder: Path, table: dict[str, np.ndarray], n_tags: int) -> Snapshot
         raise StudyError("has no antenna", file=folder / ANTENNAS)
     if sorted(antennas[:, 0].tolist()) != list(range(len(antennas))):
         raise StudyError(f"must have the antennas 0 to {len(antennas) - 1}, one row each", file=folder / ANTENNAS)
-    antennas = antennas[np.argsort(antennas[:, 0])]
     n = len(inquiries)
     for column, name, bound in ((0, "inquiry", n), (1, "antenna", len(antennas))):
         if len(counts) and counts[:, column].max() >= bound:

@@ -95,7 +95,9 @@ class Snapshots:
 
 
 def part_of(log: "SnapshotLog", first: int, last: int) -> "SnapshotLog":
-    """Rows first..last-1 of a log, as a drive of its own."""
+    """Rows first..last-1 of a log, as a drive of its own; ValueError for rows that it does not have."""
+    if not 0 <= first <= last <= len(log):
+        raise ValueError(f"rows {first} to {last} are not within 0 to {len(log)}, the log's end")
     rows = slice(first, last)
     odometry = log.odometry[rows].copy()
     odometry[:1] = 0.0

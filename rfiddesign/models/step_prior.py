@@ -7,7 +7,8 @@ from scipy.special import beta, betainc
 
 from rfiddesign import require
 
-MAX_CYCLES = 100
+# Of a snapshot, as in `snapshots`.
+MAX_CYCLES = 1000
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ IMPOSSIBLE = np.float32(-1e30)
 def take_snapshot(row, start, tag, count, is_known, most, counts, by_count):
     """Write the snapshot of a row into `counts` (n_tags,); `by_count` (N + 1,) receives how many tags have each count.
 
+    Tags that training does not know have count -1 for good.
     If more than `most` tags were read, those read most often are kept, of equally many reads the first ones.  Returns
     how many are kept.
     """
@@ -68,7 +69,7 @@ def take_snapshot(row, start, tag, count, is_known, most, counts, by_count):
 def forget_snapshot(row, start, tag, counts):
     """Undo `take_snapshot`."""
     for k in range(start[row], start[row + 1]):
-        counts[tag[k]] = 0
+        counts[tag[k]] = min(counts[tag[k]], 0)
 
 
 @leaf_kernel
@@ -95,7 +96,7 @@ def row_log(row, table, logs, counts, by_count, n_read, n_others):
         if f > 0:
             total += logs[level, f] - logs[base, f]
             n_read -= 1
-        elif n_others > 0:
+        elif f == 0 and n_others > 0:
             total += logs[level, 0] - unread
             n_others -= 1
     return np.float32(total)
@@ -164,7 +165,7 @@ def track(key, first, last, n_particles, log, model, arrays, room, estimates):
     model : (antennas (n_antennas, 3), table, logs, is_known (n_tags,), most tags that count (k'), number of known tags,
         floor, noise (3, 3) of the odometry as in `Motion.noise`); floor: (is_drivable (n, m), x0, y0, cells per mm).
     arrays : (drawn, headings, cloud), see `_particle_kernels`.
-    room : (counts (n_tags,) int16, all 0; by_count (N + 1,) int64).
+    room : (counts (n_tags,) int16, 0, or -1 for tags that training does not know; by_count (N + 1,) int64).
     """
     drawn, headings, cloud = arrays
     for step in range(first, last):

@@ -14,6 +14,7 @@ from rfiddesign.estimators.mcl import check_particles
 from rfiddesign.estimators.snapshot import _snapshot_kernels as kernels
 from rfiddesign.estimators.snapshot.likelihood import binomial_logs
 from rfiddesign.estimators.verbs import workspace
+from rfiddesign.floor import prepared_copy
 from rfiddesign.models.fingerprint_table import FingerprintTable, level_chances
 from rfiddesign.models.motion import DifferentialMotion, Motion
 from rfiddesign.models.snapshots import SnapshotLog
@@ -39,8 +40,8 @@ class SnapshotMcl:
     start : "snapshots": at poses of training snapshots, as likely as the first snapshot is there (section IV-C);
         "uniform": anywhere in the box around the drivable floor.
     start_noise_mm, start_noise_rad : by how much particles from training poses are scattered.
-    weighs_start : whether particles drawn from training poses, as likely as the first snapshot is there, are then weighed
-        by it as well.  Section IV-C writes it so, (r_i, w_i) with r_i drawn by w_i; Bayes' rule uses a snapshot once.
+    weighs_start : whether particles drawn from training poses, as likely as the first snapshot is there, are then
+        weighed by it as well.  Section IV-C writes it so: (r_i, w_i), r_i drawn by w_i.  Bayes' rule uses it once.
     """
 
     motion: Motion = field(default_factory=DifferentialMotion)
@@ -127,7 +128,12 @@ def init(ready: SnapshotFilter, log: SnapshotLog, key: int) -> SnapshotBelief:
     """The belief after the first snapshots of a log have started the filter; `key` names the run's random streams.
 
     A filter that starts from training poses has used the first snapshots by that.
+
+    Raises
+    ------
+    ValueError : if the log is empty or has other antennas, cycles or tags than the filter.
     """
+    _check(ready, log)
     n, settings = ready.settings.n_particles, ready.settings
     arrays = _arrays(n)
     drawn, headings, cloud = arrays
@@ -158,16 +164,11 @@ def track(
     ------
     ValueError : if `last` is not a step of the log, `estimates` has another shape or the log other antennas or cycles.
     """
+    _check(ready, log)
     if not state.step <= last <= len(log.time_s):
         raise ValueError(f"last is {last!r}, must be from {state.step} to {len(log.time_s)}, the log's end")
     if estimates.ndim != 2 or len(estimates) < last or estimates.shape[1] != N_ESTIMATE:
         raise ValueError(f"estimates has shape {estimates.shape}, must have at least {last} rows of {N_ESTIMATE}")
-    cycles = {part.n_cycles for part in log.antennas}
-    if len(log.antennas) != len(ready.model[0]) or cycles != {ready.n_cycles}:
-        raise ValueError(
-            f"log has {len(log.antennas)} antennas with {sorted(cycles)} cycles, must have {len(ready.model[0])} with"
-            f" {ready.n_cycles}"
-        )
     arrays = workspace(state)
     if state.step < last:
         kernels.track(
@@ -176,6 +177,20 @@ def track(
         )  # fmt: skip
     moments = estimates[last - 1].copy() if state.step < last else state.moments
     return replace(state, step=last, arrays=arrays, moments=moments)
+
+
+def _check(ready: SnapshotFilter, log: SnapshotLog) -> None:
+    """Raise ValueError for a log that the filter's kernels cannot take."""
+    if not len(log):
+        raise ValueError("log has no inquiry, must have at least one")
+    n_antennas, n_tags = len(ready.model[0]), len(ready.model[3])
+    if len(log.antennas) != n_antennas:
+        raise ValueError(f"log has {len(log.antennas)} antennas, must have {n_antennas}")
+    for part in log.antennas:
+        if (part.n_cycles, part.n_tags) != (ready.n_cycles, n_tags):
+            raise ValueError(
+                f"log has {part.n_cycles} cycles and {part.n_tags} tags, must have {ready.n_cycles} and {n_tags}"
+            )
 
 
 def _compiled(log: SnapshotLog) -> tuple:
@@ -200,7 +215,7 @@ def _arrays(n_particles: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _room(ready: SnapshotFilter) -> tuple[np.ndarray, np.ndarray]:
-    return np.zeros(len(ready.model[3]), np.int16), np.zeros(ready.n_cycles + 1, np.int64)
+    return np.where(ready.model[3], 0, -1).astype(np.int16), np.zeros(ready.n_cycles + 1, np.int64)
 
 
 def _floor_of(drivable: BaseGeometry) -> tuple[np.ndarray, float, float, float]:
@@ -211,8 +226,10 @@ def _floor_of(drivable: BaseGeometry) -> tuple[np.ndarray, float, float, float]:
         raise ValueError(f"drivable is {(high_x - low_x) / 1e3:g} by {(high_y - low_y) / 1e3:g} m: too large")
     x = low_x + (np.arange(n_x) + 0.5) * _FLOOR_CELL_MM
     y = low_y + (np.arange(n_y) + 0.5) * _FLOOR_CELL_MM
-    shapely.prepare(drivable)
-    return shapely.contains_xy(drivable, *np.meshgrid(x, y)), low_x, low_y, 1.0 / _FLOOR_CELL_MM
+    is_drivable = shapely.contains_xy(prepared_copy(drivable), *np.meshgrid(x, y))
+    if not is_drivable.any():
+        raise ValueError(f"drivable has no place for a robot: it is narrower than {_FLOOR_CELL_MM:g} mm")
+    return is_drivable, low_x, low_y, 1.0 / _FLOOR_CELL_MM
 
 
 def _scatter(ready: SnapshotFilter, key: np.uint64, drawn: np.ndarray, headings: np.ndarray) -> None:

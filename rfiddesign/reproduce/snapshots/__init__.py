@@ -3,11 +3,13 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from rfiddesign.errors import StudyError
+from rfiddesign.models.uhf import UhfField
 from rfiddesign.reproduce.progress import OnProgress, counter
 from rfiddesign.reproduce.reproduction import Reproduction
 from rfiddesign.reproduce.rows import Row, unit_of
 from rfiddesign.reproduce.snapshots.config import SnapshotsFile
-from rfiddesign.reproduce.snapshots.experiments import FEW_CYCLES, STARTS, STEPS, Errors, tasks
+from rfiddesign.reproduce.snapshots.experiments import FEW_CYCLES, STARTS, STEPS, Errors, K, tasks
 from rfiddesign.reproduce.snapshots.figures import figures_of
 from rfiddesign.reproduce.snapshots.speed import speed_rows
 from rfiddesign.reproduce.workers import in_threads
@@ -18,7 +20,19 @@ PAPERS = ("table III", "table IV")
 
 
 def prepared(loaded: Reproduction) -> Reproduction:
-    """The reproduction as it is: its types say all that can be wrong."""
+    """The reproduction as it is; StudyError for settings that do not go together."""
+    file = loaded.file
+    built = {
+        "uhf": lambda: UhfField(**file.uhf.model_dump(exclude_none=True)),
+        "drive": file.drive.settings,
+        "smoothing": file.smoothing.smoothing,
+        "filter": lambda: [file.filter.settings(K), file.filter.grid(), file.filter.grid(file.quick.table_factor)],
+    }
+    for key, build in built.items():
+        try:
+            build()
+        except ValueError as error:
+            raise StudyError(str(error), file=loaded.path, key=key) from None
     return loaded
 
 
@@ -32,7 +46,7 @@ def measure(
     errors: Errors = {}
     work = tasks(file, is_quick=is_quick)
     count = counter("data sets", len(work), on_progress)
-    for found in in_threads(lambda task: task.run(), work, n_workers):
+    for found in in_threads(lambda task: task(), work, n_workers):
         for key, values in found.items():
             errors.setdefault(key, []).extend(values)
         count()

@@ -32,16 +32,20 @@ class DriveSection(Section):
     wheel_noise_mm_per_sqrt_m: WheelNoise = 10.0
     reference_mm: NotNegative = 30.0
     reference_deg: Annotated[float, Field(ge=0, le=45)] = 1.0
+    stamp_share: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.5, description="when in an inquiry its pose is taken: 1 is its end, when the reader reports"
+    )
 
-    def settings(self, duration_s: float | None = None) -> DriveSettings:
+    def settings(self) -> DriveSettings:
         """The settings of the simulation."""
         return DriveSettings(
-            duration_s=duration_s or self.duration_s,
+            duration_s=self.duration_s,
             least_speed_mm_per_s=self.least_speed_mm_per_s,
             most_speed_mm_per_s=self.most_speed_mm_per_s,
             motion=DifferentialMotion(self.wheel_noise_mm_per_sqrt_m),
             reference_mm=self.reference_mm,
             reference_rad=math.radians(self.reference_deg),
+            stamp_share=self.stamp_share,
         )
 
 
@@ -71,6 +75,7 @@ class FilterSection(Section):
     least_support: NotNegative = 1.0
     start_noise_mm: NotNegative = 100.0
     start_noise_deg: Annotated[float, Field(ge=0, le=180)] = 5.0
+    weighs_start: bool = Field(False, description="particles from training poses are weighed by the first snapshot too")
 
     def settings(self, k_prime: int | None, start: str = "snapshots", n_particles: int | None = None) -> SnapshotMcl:
         """The settings of the filter."""
@@ -81,6 +86,7 @@ class FilterSection(Section):
             start=start,
             start_noise_mm=self.start_noise_mm,
             start_noise_rad=math.radians(self.start_noise_deg),
+            weighs_start=self.weighs_start,
         )
 
     def grid(self, factor: float = 1.0) -> TableGrid:
@@ -93,7 +99,7 @@ class CountsSection(Section):
     """How much is simulated: in `[full]`, and with --quick in `[quick]`."""
 
     worlds: Count = 3
-    folds: Annotated[int, Field(ge=1, le=10)] = 5
+    folds: Annotated[int, Field(ge=1, le=5)] = 5
     validations: Annotated[int, Field(ge=1, le=10)] = Field(8, description="drives that a training set is held against")
     starts: Count = Field(5, description="starts on each of them")
     table_factor: Annotated[float, Field(ge=1, le=10)] = Field(1.0, description="how much coarser the table is")

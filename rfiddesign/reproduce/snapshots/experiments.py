@@ -1,7 +1,7 @@
 """Localization on data sets: tables II to IV of uhf_snapshots, and what their numbers hang on."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -32,28 +32,14 @@ _AROUND_MM = 2000.0
 Errors = dict[tuple[str, str], list[float]]
 
 
-@dataclass(frozen=True)
-class Task:
-    """A part of the work that needs nothing of the others: its name, its errors by (table, row) once it is done."""
-
-    what: str
-    run: Callable[[], Errors]
-
-
-def tasks(file: SnapshotsFile, *, is_quick: bool) -> list[Task]:
-    """All that is to be simulated."""
+def tasks(file: SnapshotsFile, *, is_quick: bool) -> list[Callable[[], Errors]]:
+    """All that is to be simulated, in parts that need nothing of each other."""
     counts = file.counts(is_quick=is_quick)
-    found = []
+    found: list[Callable[[], Errors]] = []
     for world in range(1, counts.worlds + 1):
-        found += [Task(f"lab, world {world}, N = {n}", partial(_lab, file, counts, world, n)) for n in CYCLES]
-        found += [
-            Task(f"corridor, world {world}, N = {n}, {name} density", partial(_corridor, file, counts, world, n, name))
-            for n in FEW_CYCLES
-            for name in DENSITIES
-        ]
-        found += [
-            Task(f"settings, world {world}, N = {n}", partial(_settings, file, counts, world, n)) for n in FEW_CYCLES
-        ]
+        found += [partial(_lab, file, counts, world, n) for n in CYCLES]
+        found += [partial(_corridor, file, counts, world, n, name) for n in FEW_CYCLES for name in DENSITIES]
+        found += [partial(_settings, file, counts, world, n) for n in FEW_CYCLES]
     return found
 
 

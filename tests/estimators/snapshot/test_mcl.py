@@ -1,14 +1,19 @@
 """The filter is Bayes' rule on particles: over the floor, over the training poses, and along a drive."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 
+from rfiddesign.estimators._particle_kernels import HEADING, LOG, X, Y
 from rfiddesign.estimators.snapshot import SnapshotMcl, build, init, log_likelihood, track
+from rfiddesign.estimators.snapshot import _snapshot_kernels as kernels
+from rfiddesign.estimators.snapshot.mcl import _compiled, _room
 from rfiddesign.estimators.verbs import N_ESTIMATE
 from rfiddesign.models.fingerprint_table import TableGrid
-from rfiddesign.models.motion import DifferentialMotion
+from rfiddesign.models.snapshots import part_of
 from rfiddesign.simulation.snapshot_run import localize, train
 from tests.estimators.snapshot.places import ANTENNAS, ROOM, Walls, antenna_poses, anywhere, circle, log_at, true_table
 
@@ -113,13 +118,15 @@ def test_a_drive_in_two_parts_ends_as_in_one():
 
 
 def test_particles_stay_on_the_floor():
-    """Each step's survivors were on the drivable floor when they were weighed."""
-    log = log_at(circle(20, radius=1400.0), 8)
-    filter_ = ready(n_particles=2000, motion=DifferentialMotion(wheel_noise_mm_per_sqrt_m=100.0))
-    state = track(filter_, init(filter_, log, KEY), log, 20, np.zeros((20, N_ESTIMATE)))
-    x, y, _ = positions(state, 2000)
-    assert 0 <= x.min() < x.max() <= 4000
-    assert 0 <= y.min() < y.max() <= 3000
+    """On a floor whose half is closed, survivors are in the other; without that bound they are on both sides."""
+    log, half = log_at(np.array([[2000.0, 1500.0, 0.3]]), 8), shapely.box(0, 0, 2000, 3000)
+    beyond = []
+    for floor in (half, ROOM):
+        filter_ = build(SnapshotMcl(start="uniform"), true_table(), ANTENNAS, floor, [TRAINING], 2)
+        x, _, _ = positions(init(filter_, log, KEY), 2000)
+        beyond.append(np.mean(x > 2000))
+    assert beyond[0] == 0
+    assert beyond[1] > 0.2
 
 
 @pytest.mark.parametrize(
@@ -136,9 +143,34 @@ def test_settings_out_of_bounds_are_refused(settings, words):
         SnapshotMcl(**settings)
 
 
-def test_a_log_of_other_cycles_is_refused():
-    filter_ = build(SnapshotMcl(), true_table(), ANTENNAS, ROOM, [TRAINING], 4)
-    log = log_at(circle(5), 9)
-    state = init(ready(), log, KEY)
-    with pytest.raises(ValueError, match=r"log has 2 antennas with \[2\] cycles, must have 2 with 4"):
-        track(filter_, state, log, 5, np.zeros((5, N_ESTIMATE)))
+def test_logs_that_are_not_of_this_robot_and_place_are_refused():
+    log, filter_ = log_at(circle(5), 9), ready()
+    few = replace(log, antennas=log.antennas[:1])
+    other_cycles = replace(log, antennas=tuple(replace(part, n_cycles=7) for part in log.antennas))
+    more_tags = replace(log, antennas=tuple(replace(part, n_tags=99) for part in log.antennas))
+    cases = {
+        "log has no inquiry": part_of(log, 0, 0), "log has 1 antennas, must have 2": few,
+        "log has 7 cycles and 34 tags, must have 2 and 34": other_cycles,
+        "log has 2 cycles and 99 tags, must have 2 and 34": more_tags,
+    }  # fmt: skip
+    state = init(filter_, log, KEY)
+    for words, wrong in cases.items():
+        with pytest.raises(ValueError, match=words):
+            init(filter_, wrong, KEY)
+        with pytest.raises(ValueError, match=words):
+            track(filter_, state, wrong, min(2, len(wrong)), np.zeros((5, N_ESTIMATE)))
+
+
+def test_particles_are_weighed_like_poses():
+    """The filter's own weights, after a start anywhere, are the log likelihoods of the particles' poses."""
+    log, n = log_at(np.array([[1500.0, 1200.0, 0.4]]), 12), 500
+    filter_ = ready(n_particles=n, start="uniform")
+    cloud = init(filter_, log, KEY).arrays[2]
+    headings = cloud[HEADING, :n].view(np.int32) * (math.pi / 2**31)
+    poses = np.column_stack([cloud[X, :n], cloud[Y, :n], headings]).astype(float)
+    logs = np.empty(n, np.float32)
+    kernels.weigh_poses(0, _compiled(log), filter_.model, poses, _room(filter_), logs)
+    is_on_floor = (poses[:, :2] >= 0).all(axis=1) & (poses[:, 0] < 4000) & (poses[:, 1] < 3000)
+    assert is_on_floor.all()
+    # A heading on the border of two rows may round either way.
+    assert np.mean(np.abs(cloud[LOG, :n] - logs) < 1e-3) > 0.99
