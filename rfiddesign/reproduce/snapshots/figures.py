@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from rfiddesign.models.reads_over_floor import reads_over_floor
 from rfiddesign.numerics._noise_kernels import run_key
@@ -24,7 +25,7 @@ def figures_of(loaded: Reproduction, errors: Errors) -> dict[str, Figure]:
     for name, place in (("laboratory", LAB), ("corridor", HIGHER)):
         data = data_set(file, place, 1, _DRAWN_CYCLES)
         reads = reads_over_floor(data.field(0), data.scene.floor, mountings, 0.0, _DRAWN_CYCLES, _READS_CELL_MM)
-        words = f"tags expected in a snapshot of N = {_DRAWN_CYCLES}, robot heading along x"
+        words = f"tags expected per snapshot (N = {_DRAWN_CYCLES}, heading along x)"
         found[name] = scene_figure(data.scene, data.logs[0].true_poses[:, :2], reads, words)
         if place == LAB:
             trained = train(
@@ -67,28 +68,32 @@ def k_prime_figure(errors: Errors) -> Figure:
 @styled
 def start_figure(errors: Errors) -> Figure:
     """Distribution of the errors after 1 and 10 steps by the way to begin (table II)."""
-    figure = new_figure(3.2)
+    figure = new_figure(3.4)
     for axes, n in zip(figure.subplots(1, len(FEW_CYCLES), sharey=True), FEW_CYCLES, strict=True):
         for j, name in enumerate(STARTS):
             for step, style in zip(STEPS, ("-", "--"), strict=True):
                 values = np.sort(errors[f"table II, step {step}", f"{name} {n}"])
                 shares = np.arange(1, values.size + 1) / values.size
-                axes.step(values, shares, style, c=CYCLE[j], label=f"{name}, step {step}", where="post")
+                axes.step(values, shares, style, c=CYCLE[j], where="post")
         axes.set_title(f"N = {n}")
         axes.set_xlabel("error [m]")
-        axes.set_xlim(0, 3)
+        axes.set_xlim(0, 2.5)
         axes.set_ylim(0, 1)
     figure.axes[0].set_ylabel("share of starts")
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    lines = [Line2D([], [], color=CYCLE[j], label=name) for j, name in enumerate(STARTS)]
+    lines += [
+        Line2D([], [], color=GREY, linestyle=style, label=f"after step {step}")
+        for step, style in zip(STEPS, ("-", "--"), strict=True)
+    ]
+    figure.legend(handles=lines, loc="outside upper center", ncols=2)
     return figure
 
 
 @styled
 def drive_figure(trace: SnapshotTrace) -> Figure:
     """A drive, what the filter made of it, and the error over time."""
-    figure = new_figure(3.4)
-    plan, curve = figure.subplots(1, 2, width_ratios=(1, 1.3))
+    figure = new_figure(5.6)
+    plan, curve = figure.subplots(2, 1, height_ratios=(2.2, 1))
     plan.plot(*trace.true_poses[:, :2].T / 1e3, c=GREY, lw=1.2, label="truth")
     plan.plot(*trace.poses[:, :2].T / 1e3, c=VERMILLION, lw=0.7, label="estimate")
     plan.set_aspect("equal")
