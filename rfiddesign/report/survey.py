@@ -20,7 +20,7 @@ MAX_IDS = 40
 #: What each map is.
 MAPS = {
     "nominal": "nominal: the plan",
-    "checked": "checked: dead tags struck off, swapped ones put right",
+    "checked": "checked: dead tags struck off, swapped ones put right, misplaced ones at the nearest planned place",
     "surveyed": "surveyed: places as found",
     "true": "true: places as they are",
 }

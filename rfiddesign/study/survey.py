@@ -4,7 +4,8 @@ For each declared installation error a floor is laid once and surveyed.  Then th
 four maps, run i on the same route with the same noise each time:
 
 - *nominal*: the plan;
-- *checked*: the plan with the dead tags that the survey found struck off and the swapped ones put right;
+- *checked*: the plan with the dead tags that the survey found struck off, the swapped ones put right and the misplaced
+  ones at the planned place nearest to where they were found;
 - *surveyed*: the places that the survey found;
 - *true*: where the tags lie, the best that any survey could do.
 
@@ -24,7 +25,7 @@ import numpy as np
 from rfiddesign.cost import Cost, CostLine, Price, Site, line_of
 from rfiddesign.design import Design
 from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceError
-from rfiddesign.estimators.tag_mapping.survey import DEAD, SurveyedTags, survey_tags
+from rfiddesign.estimators.tag_mapping.survey import DEAD, MISPLACED, SurveyedTags, survey_tags
 from rfiddesign.evaluate import MOST_CERTAIN_READ
 from rfiddesign.floor import Floor
 from rfiddesign.geometry import make_pattern
@@ -231,10 +232,21 @@ def _drawn(surveyed: SurveyedTags, seed: int) -> LaidFloor:
     return LaidFloor(surveyed.nominal_mm, true, surveyed.status == DEAD, surveyed.partner)
 
 
+def put_right_mm(surveyed: SurveyedTags) -> np.ndarray:
+    """Planned places (n, 2) of the tags that the survey found there, of swapped and misplaced ones as well.
+
+    A misplaced tag is mostly half of a swap whose other half is dead or was not read; where the plan has it, it is not.
+    """
+    nominal = surveyed.nominal_mm
+    places = np.where((surveyed.partner >= 0)[:, None], nominal[surveyed.partner], nominal)
+    for i in np.flatnonzero(surveyed.status == MISPLACED):
+        places[i] = nominal[np.argmin(np.sum((nominal - surveyed.mean_mm[i]) ** 2, axis=1))]
+    return places
+
+
 def _evaluated(survey: _Survey, error: float, found: tuple[LaidFloor, SurveyedTags, SurveyedTags | None]) -> FloorFound:
     laid, surveyed, early = found
-    everything, kept = np.arange(len(laid.nominal_mm)), surveyed.map_mm[0]
-    put_right = np.where((surveyed.partner >= 0)[:, None], laid.nominal_mm[surveyed.partner], laid.nominal_mm)
+    everything, kept, put_right = np.arange(len(laid.nominal_mm)), surveyed.map_mm[0], put_right_mm(surveyed)
     maps = (
         ("nominal", error, everything, laid.nominal_mm),
         ("checked", error, kept, put_right[kept]),
