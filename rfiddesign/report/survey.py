@@ -77,17 +77,20 @@ def survey_part(record: SurveyRecord) -> SurveyPart:
     first = record.floors[0]
     if first.is_recorded:
         driven = (
-            f"The floor of {record.design} was driven over along {record.driven_m:,.0f} m, recorded within"
-            f" {record.hours:.1f} h. Nobody knows where its tags lie in truth: drives are simulated over a floor drawn"
-            " from what the survey says of each tag."
+            f"The floor of {record.design}, the answer for {count(record.n_robots, 'robot')}, was driven over along"
+            f" {record.driven_m:,.0f} m in {record.hours:.1f} h of recorded stretches, time between them not counted."
+            " Nobody knows where its tags lie in truth: drives are simulated over a floor drawn from what the survey"
+            " says of each tag, so that the surveyed map is right by construction."
         )
     else:
         driven = (
-            f"The floor of {record.design} is driven over {record.passes:,} times {DIRECTIONS[record.directions]},"
-            f" along {count(record.n_lanes, 'lane')} of {record.driven_m:,.0f} m in all: {record.hours:.1f} h."
+            f"The floor of {record.design}, the answer for {count(record.n_robots, 'robot')}, is driven over"
+            f" {record.passes:,} times {DIRECTIONS[record.directions]}, along"
+            f" {count(record.n_lanes, 'lane')} of {record.driven_m:,.0f} m in all: {record.hours:.1f} h."
         )
+    off = "taken to be off" if first.is_recorded else "off"
     reference = (
-        f"The reference localizer is off by {record.pose_error_mm:g} mm per axis and {record.heading_error_deg:g}°"
+        f"The reference localizer is {off} by {record.pose_error_mm:g} mm per axis and {record.heading_error_deg:g}°"
         f" (standard deviations) and forgets its error in {record.correlation_s:g} s: one error shifts all that is read"
         " while the robot passes over a tag."
     )
@@ -125,7 +128,7 @@ def _maps(record: SurveyRecord, floor: SurveyedFloor) -> Table:
         for one in floor.maps
     ]  # fmt: skip
     rows += [
-        (f"checked, {one.tags_per_m2:g} tags per m², {money(one.extra_cents, record.currency)} more",
+        (f"mistakes known, {one.tags_per_m2:g} tags per m², {money(one.extra_cents, record.currency)} more",
          _plus_minus(one.position_mean_mm), "–", "–", f"{floor.installation_error_mm:.1f} mm")
         for one in floor.denser
     ]  # fmt: skip

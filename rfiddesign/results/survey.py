@@ -28,7 +28,11 @@ class SurveyedMap(Record):
 
 
 class DenserFloor(Record):
-    """A denser floor with its checked map, and what it costs more than the chosen design's (survey not counted)."""
+    """A denser floor, and what it costs more than the chosen design's.
+
+    Drives have its dead and swapped tags put right, from the simulation's truth, which is not charged.  `reaches`: the
+    mean error is at most that with the surveyed map.
+    """
 
     tags_per_m2: float
     n_tags: int
@@ -119,7 +123,8 @@ class SurveyedFloor(Record):
 class SurveyRecord(Record):
     """The surveys of a study.
 
-    `hours`, `driven_m` and `n_lanes` are those of one survey, whatever the floor's errors are.
+    `hours`, `driven_m` and `n_lanes` are those of one survey, whatever the floor's errors are; `hours` of a recorded
+    log are the sum of its stretches.
     """
 
     format: Literal[1] = 1

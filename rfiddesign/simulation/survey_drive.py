@@ -10,7 +10,7 @@ from rfiddesign import require
 from rfiddesign.design import Design
 from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceError
 from rfiddesign.floor import Floor, build_tag_map
-from rfiddesign.models.survey_log import SurveyLog
+from rfiddesign.models.survey_log import MAX_GAP_S, SurveyLog
 from rfiddesign.simulation.as_built import LaidFloor, laid_world
 from rfiddesign.simulation.record import record_with, rig_of
 from rfiddesign.simulation.run import key_of
@@ -53,7 +53,7 @@ class SurveyPlan:
         require.within("lane_pitch_mm", self.lane_pitch_mm, low=10.0, high=1e5)
         require.within("speed_mm_per_s", self.speed_mm_per_s, low=1.0, high=10_000.0)
         require.within("turn_rate_rad_per_s", self.turn_rate_rad_per_s, low=1e-3, high=100.0)
-        require.within("dt_s", self.dt_s, low=1e-3, high=10.0)
+        require.within("dt_s", self.dt_s, low=1e-3, high=MAX_GAP_S)
         if self.directions not in DIRECTIONS:
             raise ValueError(f"directions is {self.directions!r}, must be one of {', '.join(DIRECTIONS)}")
 

@@ -10,10 +10,11 @@ four maps, run i on the same route with the same noise each time:
 - *true*: where the tags lie, the best that any survey could do.
 
 The filter is told of each map how far off its tags are believed to be: as declared, or as the survey says.  Mistakes
-are to be put right on any floor, a denser one as well, so that the advice is about places: a survey pays if the
-surveyed map saves a share of the checked one's error that is worth anything and certain, and if no denser floor
-reaches its error with a checked map for less money.  What putting mistakes right saves is told apart.  Of a recorded
-log nobody knows the truth: a floor is drawn from what the survey says of each tag.
+are to be put right on any floor, so that the advice is about places: a survey pays if the surveyed map saves a share
+of the checked one's error that is worth anything and certain, and if no denser floor reaches its mean error for less
+money.  Dead and swapped tags of a denser floor are known from the simulation, which is not charged.  What putting
+mistakes right saves is told apart.  Of a recorded log nobody knows the truth: a floor is drawn from what the survey
+says of each tag.
 """
 
 from dataclasses import dataclass, replace
@@ -69,7 +70,7 @@ class Drives:
 
 @dataclass(frozen=True, eq=False)
 class Denser:
-    """A denser floor, what it costs more, and drives with its checked map."""
+    """A denser floor, what it costs more, and drives with its dead and swapped tags known, which is not charged."""
 
     design: Design
     n_tags: int
@@ -97,7 +98,11 @@ class FloorFound:
 
 @dataclass(frozen=True, eq=False)
 class SurveyFound:
-    """The surveys of a study: for which answer and candidate, what one takes and costs, and floor by floor."""
+    """The surveys of a study: for which answer and candidate, what one takes and costs, and floor by floor.
+
+    `hours` are those of a simulated survey with its turns and ways between lanes; of a recorded log the sum of its
+    stretches.
+    """
 
     answer: Answer
     candidate: Candidate
@@ -179,7 +184,7 @@ def _surveyed(survey: _Survey) -> SurveyFound:
         else:
             surveyed, early = _survey(survey, log, nominal, error), None
             laid = _drawn(surveyed, survey.study.file.seed)
-            hours = float(log.time_s[-1] - log.time_s[0]) / 3600.0
+            hours = log.driven_s / 3600.0
         cost = cost or survey_cost(survey, hours, log_of.driven_mm / 1e3)
         floors.append(_evaluated(survey, error, (laid, surveyed, early)))
     n_lanes = len(np.unique(log_of.stretch))

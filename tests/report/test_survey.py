@@ -98,7 +98,7 @@ def test_every_floor_has_its_advice_its_maps_and_its_denser_floors():
     rows = part.floors[0].maps.rows
     assert [row[0] for row in rows[:4]] == list(MAPS.values())
     assert rows[2][1:] == ("8.00 ± 0.25 mm", "16.00 ± 0.25 mm", "90 %", "5.3 mm")
-    assert rows[4][:2] == ("checked, 49 tags per m², EUR 468.00 more", "13.00 ± 0.25 mm")
+    assert rows[4][:2] == ("mistakes known, 49 tags per m², EUR 468.00 more", "13.00 ± 0.25 mm")
     found = dict(part.floors[0].found.rows)
     assert found["distance after (the residual), root mean square"] == "7.0 mm"
     assert found["dead tags"] == "2 of 3 found, 0 false alarms"
@@ -113,6 +113,8 @@ def test_long_lists_of_ids_are_cut_short():
 def test_of_a_recorded_log_nothing_is_said_that_nobody_knows():
     part = survey_part(a_record(RECORDED))
     assert "Nobody knows" in part.driven
+    assert "right by construction" in part.driven
+    assert "taken to be off" in part.reference
     assert part.floors[0].heading.endswith("the survey makes it worse")
     found = dict(part.floors[0].found.rows)
     assert found["dead tags"] == "2 listed"

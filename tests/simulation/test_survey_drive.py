@@ -122,7 +122,7 @@ def test_the_same_seed_drives_the_same_survey():
 @pytest.mark.parametrize(
     ("change", "told"),
     [({"passes": 0}, "passes"), ({"lane_pitch_mm": 1.0}, "lane_pitch_mm"), ({"directions": "up"}, "directions"),
-     ({"speed_mm_per_s": 0.0}, "speed_mm_per_s")],
+     ({"speed_mm_per_s": 0.0}, "speed_mm_per_s"), ({"dt_s": 1.5}, "dt_s")],
 )  # fmt: skip
 def test_a_plan_out_of_bounds_is_refused(change, told):
     with pytest.raises(ValueError, match=told):
