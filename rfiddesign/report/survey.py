@@ -123,17 +123,27 @@ def _maps(record: SurveyRecord, floor: SurveyedFloor) -> Table:
     rows = [
         (
             MAPS[one.name], _plus_minus(one.position_mean_mm), _plus_minus(one.position_p95_mm),
-            percent(one.pass_share.mean), f"{one.sigma_mm:.1f} mm",
+            percent(one.pass_share.mean), _told(one.sigma_mm),
         )
         for one in floor.maps
     ]  # fmt: skip
     rows += [
         (f"mistakes known, {one.tags_per_m2:g} tags per m², {money(one.extra_cents, record.currency)} more",
-         _plus_minus(one.position_mean_mm), "–", "–", f"{floor.installation_error_mm:.1f} mm")
+         _plus_minus(one.position_mean_mm), "–", "–", _told(floor.map("checked").sigma_mm))
         for one in floor.denser
     ]  # fmt: skip
     headers = ("Map", "Mean error", "95th percentile", "Drives passed", "Filter is told")
     return Table(headers, tuple(rows), (1, 2, 3, 4))
+
+
+def _told(sigma_mm: float | None) -> str:
+    """What a filter is told of a map, if it can be told."""
+    return "–" if sigma_mm is None else f"{sigma_mm:.1f} mm"
+
+
+def _laid(floor: SurveyedFloor) -> str:
+    least = 2.0 * floor.scatter_mm
+    return f"{floor.laid_mm:.1f} mm" if floor.laid_mm > least else f"less than {least:.1f} mm"
 
 
 def _found(floor: SurveyedFloor) -> Table:
@@ -141,9 +151,10 @@ def _found(floor: SurveyedFloor) -> Table:
         ("tags on the plan", f"{floor.n_tags:,}"),
         ("tags read", f"{floor.n_read:,}"),
         ("tags never read that may live", f"{floor.n_unseen:,}"),
+        ("reads of ids that the plan does not have", f"{floor.n_unknown:,}"),
         ("reads of a tag, in how many visits", f"{floor.reads_per_tag:.0f} in {floor.visits_per_tag:.1f}"),
         ("mean correction of a place", f"{floor.mean_correction_mm:.1f} mm"),
-        ("off the plan per axis, as reads have it", f"{floor.laid_mm:.1f} mm"),
+        ("off the plan per axis, as reads have it", _laid(floor)),
         ("standard deviation per axis, as the survey says", f"{floor.sigma_mm:.1f} mm"),
     ]
     if floor.before is not None and floor.after is not None:

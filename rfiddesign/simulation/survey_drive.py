@@ -8,7 +8,7 @@ import shapely
 
 from rfiddesign import require
 from rfiddesign.design import Design
-from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceError
+from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceDrift
 from rfiddesign.floor import Floor, build_tag_map
 from rfiddesign.models.survey_log import MAX_GAP_S, SurveyLog
 from rfiddesign.simulation.as_built import LaidFloor, laid_world
@@ -68,7 +68,7 @@ class SurveyRobot:
 
     design: Design
     world: World
-    reference: ReferenceError
+    reference: ReferenceDrift
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +201,7 @@ def _schedule(robot: tuple, dt_s: float) -> tuple[np.ndarray, np.ndarray]:
     return (slots + phases) * dt_s, np.full(len(phases), period * dt_s)
 
 
-def _reference_errors(time: np.ndarray, reference: ReferenceError, seed: int) -> np.ndarray:
+def _reference_errors(time: np.ndarray, reference: ReferenceDrift, seed: int) -> np.ndarray:
     """Errors (m, 3) of the reference localizer at rising times (m,)."""
     draws = np.random.default_rng([seed, _STREAM_REFERENCE]).standard_normal((len(time), 3))
     keep = np.exp(-np.diff(time, prepend=-math.inf) / reference.correlation_s)

@@ -9,7 +9,8 @@ four maps, run i on the same route with the same noise each time:
 - *surveyed*: the places that the survey found;
 - *true*: where the tags lie, the best that any survey could do.
 
-The filter is told of each map how far off its tags are believed to be: as declared, or as the survey says.  Mistakes
+A filter that can be told is told of each map how far off its tags are believed to be: as declared, or as the survey
+says.  Mistakes
 are to be put right on any floor, so that the advice is about places: a survey pays if the surveyed map saves a share
 of the checked one's error that is worth anything and certain, and if no denser floor reaches its mean error for less
 money.  Dead and swapped tags of a denser floor are known from the simulation, which is not charged.  What putting
@@ -19,13 +20,15 @@ says of each tag.
 
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from functools import cached_property
 from typing import get_args
 
 import numpy as np
 
 from rfiddesign.cost import Cost, CostLine, Price, Site, line_of
 from rfiddesign.design import Design
-from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceError
+from rfiddesign.estimators.registry import Settings
+from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceDrift
 from rfiddesign.estimators.tag_mapping.survey import DEAD, MISPLACED, SurveyedTags, survey_tags
 from rfiddesign.evaluate import MOST_CERTAIN_READ
 from rfiddesign.floor import Floor
@@ -55,10 +58,10 @@ _STREAM_POSTERIOR = 73
 
 @dataclass(frozen=True, eq=False)
 class Drives:
-    """Runs with one map: its name, what the filter is told of it, tags on it, and what the runs measured."""
+    """Runs with one map: its name, what the filter is told of it (None: nothing), tags on it, what runs measured."""
 
     name: str
-    sigma_mm: float
+    sigma_mm: float | None
     n_tags: int
     runs: list[RunMetrics]
 
@@ -133,10 +136,21 @@ class _Survey:
         return Robot.of(self.candidate.design, replace(reads, read_probability=certain))
 
     @property
-    def reference(self) -> ReferenceError:
+    def reference(self) -> ReferenceDrift:
         """Error of the reference localizer."""
         section = self.section
-        return ReferenceError(section.pose_error_mm, section.heading_error_deg / DEG_PER_RAD, section.correlation_s)
+        return ReferenceDrift(section.pose_error_mm, section.heading_error_deg / DEG_PER_RAD, section.correlation_s)
+
+    def told(self, sigma_mm: float) -> Settings:
+        """The filter as it is told how far off the tags of its map are."""
+        file, sigma = self.study.file, max(sigma_mm, _LEAST_SIGMA_MM)
+        world = file.world.model_copy(update={"installation_error_mm": sigma, "dead_share": 0.0})
+        return estimators_of(file, world, file.scenario.fastest_mm_per_s)[self.candidate.estimator]
+
+    @cached_property
+    def is_told(self) -> bool:
+        """Whether that makes a difference: not every filter can be told, and a study may say what it believes."""
+        return self.told(1.0) != self.told(100.0)
 
     @property
     def plan(self) -> SurveyPlan:
@@ -178,8 +192,8 @@ def _surveyed(survey: _Survey) -> SurveyFound:
             drive = _drive(survey, laid)
             surveyed = _survey(survey, drive.log, nominal, error)
             early = None
-            if survey.section.passes > EARLY_PASSES:
-                early = _survey(survey, drive.first_passes(EARLY_PASSES), nominal, error)
+            if survey.section.passes > EARLY_PASSES and len((first := drive.first_passes(EARLY_PASSES)).read_tag):
+                early = _survey(survey, first, nominal, error)
             log_of, hours = drive.log, drive.duration_s / 3600.0
         else:
             surveyed, early = _survey(survey, log, nominal, error), None
@@ -261,7 +275,8 @@ def _evaluated(survey: _Survey, error: float, found: tuple[LaidFloor, SurveyedTa
     drives = []
     for name, sigma, ids, places in maps:
         survey.on_stage(Stage(f"driving over a floor laid to {error:g} mm with the {name} map"))
-        drives.append(Drives(name, sigma, len(ids), _runs(survey, survey.candidate.design, laid, (ids, places), sigma)))
+        told = sigma if survey.is_told else None
+        drives.append(Drives(name, told, len(ids), _runs(survey, survey.candidate.design, laid, (ids, places), sigma)))
     goal = float(drives[2].errors_mm.mean())
     return FloorFound(error, laid, survey.section.log is not None, surveyed, early, tuple(drives),
                       tuple(_denser(survey, error, goal)))  # fmt: skip
@@ -271,10 +286,7 @@ def _runs(
     survey: _Survey, design: Design, laid: LaidFloor, in_map: tuple[np.ndarray, np.ndarray], sigma_mm: float
 ) -> list[RunMetrics]:
     """Drives over a laid floor with the map of these tags, of which the filter is told how far off they are."""
-    file = survey.study.file
-    world = file.world.model_copy(update={"installation_error_mm": max(sigma_mm, _LEAST_SIGMA_MM), "dead_share": 0.0})
-    told = estimators_of(file, world, file.scenario.fastest_mm_per_s)[survey.candidate.estimator]
-    scenario = replace(survey.candidate.scenarios[0], estimator=told)
+    scenario = replace(survey.candidate.scenarios[0], estimator=survey.told(sigma_mm))
     return runs_on_floor(survey.simulator, design, scenario, map_in_use(laid, *in_map), range(survey.section.runs))
 
 
@@ -295,7 +307,7 @@ def _denser(survey: _Survey, error: float, goal_mm: float) -> list[Denser]:
         laid = lay_floor(nominal, _faults(survey.section, error, len(nominal) / n_chosen), survey.study.file.seed)
         place = np.where((laid.partner >= 0)[:, None], nominal[laid.partner], nominal)
         runs = _runs(survey, design, laid, (laid.alive, place[laid.alive]), error)
-        drives = Drives("checked", error, len(laid.alive), runs)
+        drives = Drives("checked", error if survey.is_told else None, len(laid.alive), runs)
         reaches = float(drives.errors_mm.mean()) <= goal_mm
         found.append(Denser(design, len(nominal), _extra_cents(survey, design, len(nominal)), drives, reaches))
         if reaches:

@@ -84,7 +84,9 @@ def _floor(study: Study, found: SurveyFound, floor: FloorFound) -> records.Surve
         visits_per_tag=rounded(float(surveyed.n_visits[surveyed.is_read].mean())) if surveyed.is_read.any() else 0.0,
         mean_correction_mm=rounded(mean_correction_mm(surveyed)),
         sigma_mm=rounded(surveyed.sigma_mm),
+        n_unknown=surveyed.n_unknown,
         laid_mm=rounded(surveyed.laid_mm),
+        scatter_mm=rounded(surveyed.scatter_mm),
         is_as_declared=surveyed.is_as_declared,
         before=_errors(before) if is_known else None,
         after=_errors(np.hypot(*errors.T)) if is_known else None,
@@ -172,10 +174,14 @@ def checking(floor: FloorFound) -> str:
 
 def doubts(floor: FloorFound) -> list[str]:
     """A warning if tags do not lie as was declared, as a sentence."""
-    if floor.surveyed.is_as_declared:
+    surveyed, declared = floor.surveyed, floor.installation_mm
+    if surveyed.is_as_declared:
         return []
+    told = f"{surveyed.laid_mm:.1f} mm"
+    if surveyed.laid_mm <= min(2.0 * surveyed.scatter_mm, declared):
+        told = f"less than {min(2.0 * surveyed.scatter_mm, declared):.1f} mm"
     return [
-        f"Tags seem to lie {floor.surveyed.laid_mm:.1f} mm per axis off the plan, not {floor.installation_mm:g} mm as"
+        f"Tags seem to lie {told} per axis off the plan, not {declared:g} mm as"
         " declared: places and covariances rest on that; declare what is true."
     ]
 
@@ -263,7 +269,7 @@ def _map(study: Study, drives: Drives) -> records.SurveyedMap:
     requirement = study.requirement
     return records.SurveyedMap(
         name=drives.name,
-        sigma_mm=rounded(drives.sigma_mm),
+        sigma_mm=None if drives.sigma_mm is None else rounded(drives.sigma_mm),
         n_tags=drives.n_tags,
         position_mean_mm=_mean(drives.errors_mm.tolist()),
         position_p95_mm=_mean([run.position_p95_mm for run in drives.runs]),

@@ -133,7 +133,7 @@ def test_the_checked_map_has_tags_at_the_planned_places_where_they_were_found():
     status = np.array(["swapped", "swapped", "misplaced", "unseen", "found"])
     surveyed = SurveyedTags(
         nominal, found, np.tile(np.eye(2), (5, 1, 1)), status, np.array([1, 0, -1, -1, -1]), np.array([9, 9, 9, 0, 9]),
-        np.array([2, 2, 2, 0, 2]), np.zeros(5), 0, 8.0, True,
+        np.array([2, 2, 2, 0, 2]), np.zeros(5), 0, 8.0, 5.0, True,
     )  # fmt: skip
     assert np.array_equal(put_right_mm(surveyed), nominal[[1, 0, 3, 3, 4]])
 
