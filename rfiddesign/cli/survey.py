@@ -18,7 +18,8 @@ def survey_summary(record: SurveyRecord) -> dict[str, Any]:
     kept = (
         "installation_error_mm", "is_recorded", "advice", "reasons", "before", "after", "calibration",
         "mean_correction_mm", "sigma_mm", "n_unknown", "laid_mm", "scatter_mm",
-        "is_as_declared", "dead", "swapped", "misplaced", "dead_counts", "swapped_counts", "maps", "gain_mm", "denser", "cheapest_denser",
+        "is_as_declared", "dead", "swapped", "misplaced", "dead_counts",
+        "swapped_counts", "maps", "gain_mm", "denser", "cheapest_denser",
     )  # fmt: skip
     floors = [floor.model_dump(mode="json", include=set(kept)) for floor in record.floors]
     return {"cost_cents": record.cost_cents, "hours": record.hours, "driven_m": record.driven_m, "floors": floors}

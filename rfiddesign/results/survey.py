@@ -79,8 +79,8 @@ class SurveyedFloor(Record):
     `n_unknown` are reads of ids that the plan does not have.  `laid_mm` is how far off tags lie per axis as their reads
     have it, whatever was declared, `scatter_mm` how far off these places are by themselves, from which less than twice
     as much is hardly told; `is_as_declared` whether that fits.  `before` and `after` are errors of
-    the nominal and of the surveyed map (None for a recorded log, whose truth nobody knows), over tags that were read and
-    belong where they were found; `distances_*` are those distances, tag by tag, of large floors of every k-th.
+    the nominal and of the surveyed map (None for a recorded log, whose truth nobody knows), over tags that were read
+    and belong where they were found; `distances_*` are those distances, tag by tag, of large floors of every k-th.
     `calibration` is the mean squared error over the covariance said, 2 if that is right.  `early_*` are
     mistakes found after the first two passes.  `gain_mm` is the paired mean saving of the surveyed over the checked
     map.  `cheapest_denser` is the place of the cheapest denser floor that reaches the surveyed error, None if there is
