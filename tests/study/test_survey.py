@@ -4,6 +4,7 @@ import csv
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from rfiddesign.results.folder import read_record
 from rfiddesign.results.study_result import ChosenDesign
 from rfiddesign.results.survey import SurveyRecord
 from rfiddesign.study import load_study, run_study, verify
+from rfiddesign.study import survey as surveys
 from rfiddesign.study.survey import put_right_mm
 
 TINY = Path(__file__).parents[1] / "tiny-study"
@@ -138,6 +140,15 @@ def test_the_checked_map_has_tags_at_the_planned_places_where_they_were_found():
     assert np.array_equal(put_right_mm(surveyed), nominal[[1, 0, 3, 3, 4]])
 
 
+@pytest.mark.parametrize(
+    ("setting", "is_told"), [("estimator='pmg'", True), ("estimator='mcl'", False), ("pmg.softness_mm=4.0", False)]
+)
+def test_a_filter_is_told_how_good_its_map_is_if_it_can_be(study_folder, setting, is_told):
+    study = load_study(study_folder, (setting,))
+    candidate = SimpleNamespace(estimator=study.file.estimator)
+    assert surveys._Survey(study, study.file.survey, None, None, candidate, None, None).is_told == is_told
+
+
 def test_dead_and_swapped_tags_are_counted_without_false_alarms(record):
     for floor in record.floors:
         assert floor.dead_counts.n_false == floor.swapped_counts.n_false == 0
@@ -187,7 +198,6 @@ def recorded(study_folder, surveyed, tmp_path):
     """A study with the log of a drive over a floor laid to 25 mm, and where its tags lie."""
     from rfiddesign.simulation.as_built import LayingFaults, lay_floor
     from rfiddesign.simulation.survey_drive import drive_survey
-    from rfiddesign.study import survey as surveys
 
     folder = shutil.copytree(study_folder, tmp_path / "study")
     study = load_study(folder)
