@@ -61,7 +61,8 @@ def survey_pictures(record: SurveyRecord) -> Iterator[Picture]:
     """The figures of a survey."""
     caption = (
         "Mean localization error by what is spent beyond the chosen design; bars are two standard errors. A survey pays"
-        " where it lies below and to the left of the denser floors."
+        " where it lies below and to the left of the denser floors, whose dead and swapped tags are known, which is not"
+        " charged."
     )
     yield Picture(ERRORS, "survey-errors", caption, errors_figure(record))
     if any(floor.after is not None for floor in record.floors):

@@ -161,13 +161,15 @@ def _kept(study: Study, floor: FloorFound) -> str:
 
 
 def checking(floor: FloorFound) -> str:
-    """What it does to strike off dead tags and to put swapped ones right, as a sentence."""
+    """What it does to strike off dead tags and to put mixed-up ones right, as a sentence."""
     nominal, checked = floor.drives("nominal").errors_mm, floor.drives("checked").errors_mm
     gain = mean_of((nominal - checked).tolist())
-    n_dead, n_pairs = int(np.count_nonzero(floor.surveyed.status == DEAD)), len(floor.surveyed.swapped_pairs())
+    n_dead, n_misplaced = (int(np.count_nonzero(floor.surveyed.status == kind)) for kind in (DEAD, MISPLACED))
+    mixed_up = f"{len(floor.surveyed.swapped_pairs())} swapped pairs"
+    mixed_up += f" and {n_misplaced} misplaced tags" if n_misplaced else ""
     return (
-        f"Apart from that, on this floor striking off {n_dead} dead tags and putting {n_pairs} swapped pairs right"
-        f" takes the nominal map's error from {nominal.mean():.2f} to {checked.mean():.2f} mm ({gain.mean:+.2f} +-"
+        f"Apart from that, on this floor striking off {n_dead} dead tags and putting {mixed_up} right takes"
+        f" the nominal map's error from {nominal.mean():.2f} to {checked.mean():.2f} mm ({gain.mean:+.2f} +-"
         f" {gain.stderr:.2f} mm saved)."
     )
 
