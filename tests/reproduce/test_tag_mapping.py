@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rfiddesign.errors import StudyError
-from rfiddesign.reproduce import load_reproduction, reproduce
+from rfiddesign.reproduce import load_reproduction, reproduce, tag_mapping
 from rfiddesign.reproduce.tag_mapping import line, office
 from rfiddesign.reproduce.tag_mapping.models import fitted, lobes
 
@@ -159,3 +159,10 @@ def test_a_study_file_with_a_mistake_is_refused_with_the_key(tmp_path, old, new,
     (tmp_path / "study.toml").write_text(text.replace(old, new))
     with pytest.raises(StudyError, match=words):
         load_reproduction(str(tmp_path))
+
+
+def test_more_tags_near_the_robot_than_can_be_listed_end_in_one_line(monkeypatch):
+    monkeypatch.setattr("rfiddesign.simulation.tag_polls.MAX_PAIRS", 10)
+    monkeypatch.setattr(line, "measure", lambda *arguments, **settings: [])
+    with pytest.raises(StudyError, match=r"office: polls have .* tags near them in all, at most 10 are allowed"):
+        tag_mapping.measure(load_reproduction(STUDY), 1, lambda *arguments: None, is_quick=True)
