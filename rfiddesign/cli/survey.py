@@ -17,8 +17,8 @@ def survey_summary(record: SurveyRecord) -> dict[str, Any]:
     """The surveys in short, floor by floor: advice, residual, errors with each map, mistakes found."""
     kept = (
         "installation_error_mm", "is_recorded", "advice", "reasons", "before", "after", "calibration",
-        "mean_correction_mm", "sigma_mm", "laid_mm", "is_as_declared", "dead", "swapped", "misplaced", "dead_counts",
-        "swapped_counts", "maps", "gain_mm", "denser", "cheapest_denser",
+        "mean_correction_mm", "sigma_mm", "n_unknown", "laid_mm", "scatter_mm", "is_as_declared", "dead", "swapped",
+        "misplaced", "dead_counts", "swapped_counts", "maps", "gain_mm", "denser", "cheapest_denser",
     )  # fmt: skip
     floors = [floor.model_dump(mode="json", include=set(kept)) for floor in record.floors]
     return {"cost_cents": record.cost_cents, "hours": record.hours, "driven_m": record.driven_m, "floors": floors}
@@ -26,7 +26,8 @@ def survey_summary(record: SurveyRecord) -> dict[str, Any]:
 
 def survey_lines(record: SurveyRecord) -> list[str]:
     """A line of advice for each installation error, its reasons, and what the survey found."""
-    lines = ["", f"as-built survey: {money(record.cost_cents, record.currency)}, {record.hours:.1f} h"]
+    of = " of recorded stretches" if record.floors[0].is_recorded else ""
+    lines = ["", f"as-built survey: {money(record.cost_cents, record.currency)}, {record.hours:.1f} h{of}"]
     for floor in record.floors:
         lines.append(f"  laid to {floor.installation_error_mm:g} mm: {floor.advice}")
         lines += [f"    {reason}" for reason in floor.reasons]

@@ -1,6 +1,7 @@
 """The log of a survey as files: `poses.csv`, `reads.csv` and `schedule.csv` in one folder, numbers only.
 
-- `poses.csv`: `time_s,stretch,x_mm,y_mm,heading_rad`; times rise; a stretch is a part of the drive without gaps.
+- `poses.csv`: `time_s,stretch,x_mm,y_mm,heading_rad`; times rise; a stretch is a part of the drive without gaps
+  of over 1 s.
 - `reads.csv`: `time_s,antenna,tag`; antennas count from 0 as in the layout, tags have the ids of `tags.csv`.
 - `schedule.csv`: `antenna,first_s,period_s`; antenna a polls at first + k period.
 """

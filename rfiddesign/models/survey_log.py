@@ -10,8 +10,10 @@ import numpy as np
 
 from rfiddesign.geometry import ReaderLayout
 
-# A robot with ten antennas that poll twenty times a second for three days.
-MAX_POLLS = 60_000_000
+# A robot with ten antennas that poll twenty times a second for half a day.
+MAX_POLLS = 10_000_000
+# A longer way between two poses is not known well enough to interpolate [s].
+MAX_GAP_S = 1.0
 # A read is of the poll next to it, if that is not farther than this share of the time between polls.
 READ_TOLERANCE = 0.25
 # Times come from decimal files [s].
@@ -53,7 +55,8 @@ class SurveyLog:
 
     Raises
     ------
-    ValueError : if the arrays do not fit each other, times do not rise, or there are more than 60 million polls.
+    ValueError : if the arrays do not fit each other, times do not rise, poses within a stretch are over 1 s apart, no
+        stretch has two poses, or there are more than 10 million polls.
     """
 
     time_s: np.ndarray
@@ -79,10 +82,24 @@ class SurveyLog:
             raise ValueError("the schedule must have a first poll and a period for each antenna")
         if not np.all(self.poll_period_s > 0):
             raise ValueError("the schedule has a period that is not above 0 s")
-        driven_s = float(np.sum(self._ends_s - self._begins_s))
-        n_polls = driven_s * float(np.sum(1.0 / self.poll_period_s))
+        gaps = np.where(np.diff(self.stretch) == 0, np.diff(self.time_s), 0.0)
+        if np.any(gaps > MAX_GAP_S + _TIME_ROUNDING_S):
+            i = _first(gaps > MAX_GAP_S + _TIME_ROUNDING_S)
+            raise ValueError(
+                f"poses have a gap of {gaps[i]:g} s after {self.time_s[i]:g} s, at most {MAX_GAP_S:g} s is allowed"
+                " within a stretch: number stretches anew at gaps"
+            )
+        if not self.driven_s > 0:
+            raise ValueError("no stretch has two poses")
+        n_polls = self.driven_s * float(np.sum(1.0 / self.poll_period_s))
         if not n_polls <= MAX_POLLS:
             raise ValueError(f"the log has {n_polls:.3g} polls, at most {MAX_POLLS:,} are allowed")
+        n_counted = len(self._first_rows) * self.n_antennas
+        if n_counted > MAX_POLLS:
+            raise ValueError(
+                f"the log has {len(self._first_rows):,} stretches of {self.n_antennas:,} antennas, at most"
+                f" {MAX_POLLS:,} together are allowed"
+            )
         unknown = (self.read_antenna < 0) | (self.read_antenna >= self.n_antennas)
         if np.any(unknown):
             i = _first(unknown)
@@ -120,9 +137,14 @@ class SurveyLog:
         return float(ways[np.diff(self.stretch) == 0].sum())
 
     @property
+    def driven_s(self) -> float:
+        """Duration of the stretches [s]."""
+        return float(np.sum(self._ends_s - self._begins_s))
+
+    @property
     def mean_speed_mm_per_s(self) -> float:
         """Way within the stretches over their duration [mm/s]."""
-        return self.driven_mm / float(np.sum(self._ends_s - self._begins_s))
+        return self.driven_mm / self.driven_s
 
     def before(self, stretch: int) -> "SurveyLog":
         """The log without the stretch of that number and those after it."""

@@ -20,7 +20,7 @@ MAX_IDS = 40
 #: What each map is.
 MAPS = {
     "nominal": "nominal: the plan",
-    "checked": "checked: dead tags struck off, swapped ones put right",
+    "checked": "checked: dead tags struck off, swapped ones put right, misplaced ones at the nearest planned place",
     "surveyed": "surveyed: places as found",
     "true": "true: places as they are",
 }
@@ -61,7 +61,8 @@ def survey_pictures(record: SurveyRecord) -> Iterator[Picture]:
     """The figures of a survey."""
     caption = (
         "Mean localization error by what is spent beyond the chosen design; bars are two standard errors. A survey pays"
-        " where it lies below and to the left of the denser floors."
+        " where it lies below and to the left of the denser floors, whose dead and swapped tags are known, which is not"
+        " charged."
     )
     yield Picture(ERRORS, "survey-errors", caption, errors_figure(record))
     if any(floor.after is not None for floor in record.floors):
@@ -77,17 +78,20 @@ def survey_part(record: SurveyRecord) -> SurveyPart:
     first = record.floors[0]
     if first.is_recorded:
         driven = (
-            f"The floor of {record.design} was driven over along {record.driven_m:,.0f} m, recorded within"
-            f" {record.hours:.1f} h. Nobody knows where its tags lie in truth: drives are simulated over a floor drawn"
-            " from what the survey says of each tag."
+            f"The floor of {record.design}, the answer for {count(record.n_robots, 'robot')}, was driven over along"
+            f" {record.driven_m:,.0f} m in {record.hours:.1f} h of recorded stretches, time between them not counted."
+            " Nobody knows where its tags lie in truth: drives are simulated over a floor drawn from what the survey"
+            " says of each tag, so that the surveyed map is right by construction."
         )
     else:
         driven = (
-            f"The floor of {record.design} is driven over {record.passes:,} times {DIRECTIONS[record.directions]},"
-            f" along {count(record.n_lanes, 'lane')} of {record.driven_m:,.0f} m in all: {record.hours:.1f} h."
+            f"The floor of {record.design}, the answer for {count(record.n_robots, 'robot')}, is driven over"
+            f" {record.passes:,} times {DIRECTIONS[record.directions]}, along"
+            f" {count(record.n_lanes, 'lane')} of {record.driven_m:,.0f} m in all: {record.hours:.1f} h."
         )
+    off = "taken to be off" if first.is_recorded else "off"
     reference = (
-        f"The reference localizer is off by {record.pose_error_mm:g} mm per axis and {record.heading_error_deg:g}°"
+        f"The reference localizer is {off} by {record.pose_error_mm:g} mm per axis and {record.heading_error_deg:g}°"
         f" (standard deviations) and forgets its error in {record.correlation_s:g} s: one error shifts all that is read"
         " while the robot passes over a tag."
     )
@@ -120,17 +124,27 @@ def _maps(record: SurveyRecord, floor: SurveyedFloor) -> Table:
     rows = [
         (
             MAPS[one.name], _plus_minus(one.position_mean_mm), _plus_minus(one.position_p95_mm),
-            percent(one.pass_share.mean), f"{one.sigma_mm:.1f} mm",
+            percent(one.pass_share.mean), _told(one.sigma_mm),
         )
         for one in floor.maps
     ]  # fmt: skip
     rows += [
-        (f"checked, {one.tags_per_m2:g} tags per m², {money(one.extra_cents, record.currency)} more",
-         _plus_minus(one.position_mean_mm), "–", "–", f"{floor.installation_error_mm:.1f} mm")
+        (f"mistakes known, {one.tags_per_m2:g} tags per m², {money(one.extra_cents, record.currency)} more",
+         _plus_minus(one.position_mean_mm), "–", "–", _told(floor.map("checked").sigma_mm))
         for one in floor.denser
     ]  # fmt: skip
     headers = ("Map", "Mean error", "95th percentile", "Drives passed", "Filter is told")
     return Table(headers, tuple(rows), (1, 2, 3, 4))
+
+
+def _told(sigma_mm: float | None) -> str:
+    """What a filter is told of a map, if it can be told."""
+    return "–" if sigma_mm is None else f"{sigma_mm:.1f} mm"
+
+
+def _laid(floor: SurveyedFloor) -> str:
+    least = 2.0 * floor.scatter_mm
+    return f"{floor.laid_mm:.1f} mm" if floor.laid_mm > least else f"less than {least:.1f} mm"
 
 
 def _found(floor: SurveyedFloor) -> Table:
@@ -138,9 +152,10 @@ def _found(floor: SurveyedFloor) -> Table:
         ("tags on the plan", f"{floor.n_tags:,}"),
         ("tags read", f"{floor.n_read:,}"),
         ("tags never read that may live", f"{floor.n_unseen:,}"),
+        ("reads of ids that the plan does not have", f"{floor.n_unknown:,}"),
         ("reads of a tag, in how many visits", f"{floor.reads_per_tag:.0f} in {floor.visits_per_tag:.1f}"),
         ("mean correction of a place", f"{floor.mean_correction_mm:.1f} mm"),
-        ("off the plan per axis, as reads have it", f"{floor.laid_mm:.1f} mm"),
+        ("off the plan per axis, as reads have it", _laid(floor)),
         ("standard deviation per axis, as the survey says", f"{floor.sigma_mm:.1f} mm"),
     ]
     if floor.before is not None and floor.after is not None:

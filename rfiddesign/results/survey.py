@@ -16,11 +16,12 @@ Advice = Literal["pays", "does not pay", "makes it worse"]
 class SurveyedMap(Record):
     """Drives with one map on one floor.
 
-    `sigma_mm` is what the filter is told of the map: standard deviation per axis of where tags lie about it.
+    `sigma_mm` is what the filter is told of the map: standard deviation per axis of where tags lie about it; None if it
+    cannot be told.
     """
 
     name: MapName
-    sigma_mm: float
+    sigma_mm: float | None
     n_tags: int
     position_mean_mm: MeanRecord
     position_p95_mm: MeanRecord
@@ -28,7 +29,11 @@ class SurveyedMap(Record):
 
 
 class DenserFloor(Record):
-    """A denser floor with its checked map, and what it costs more than the chosen design's (survey not counted)."""
+    """A denser floor, and what it costs more than the chosen design's.
+
+    Drives have its dead and swapped tags put right, from the simulation's truth, which is not charged.  `reaches`: the
+    mean error is at most that with the surveyed map.
+    """
 
     tags_per_m2: float
     n_tags: int
@@ -71,10 +76,12 @@ class Mistakes(Record):
 class SurveyedFloor(Record):
     """One floor as laid, its survey, and what follows.
 
-    `laid_mm` is how far off tags lie per axis as their reads have it, whatever was declared; `is_as_declared` whether
-    that fits.  `before` and `after` are errors of the nominal and of the surveyed map (None for a recorded log, whose
-    truth nobody knows), over tags that were read and belong where they were found; `distances_*` are those distances,
-    tag by tag.  `calibration` is the mean squared error over the covariance said, 2 if that is right.  `early_*` are
+    `n_unknown` are reads of ids that the plan does not have.  `laid_mm` is how far off tags lie per axis as their reads
+    have it, whatever was declared, `scatter_mm` how far off these places are by themselves, from which less than twice
+    as much is hardly told; `is_as_declared` whether that fits.  `before` and `after` are errors of
+    the nominal and of the surveyed map (None for a recorded log, whose truth nobody knows), over tags that were read
+    and belong where they were found; `distances_*` are those distances, tag by tag, of large floors of every k-th.
+    `calibration` is the mean squared error over the covariance said, 2 if that is right.  `early_*` are
     mistakes found after the first two passes.  `gain_mm` is the paired mean saving of the surveyed over the checked
     map.  `cheapest_denser` is the place of the cheapest denser floor that reaches the surveyed error, None if there is
     none.
@@ -85,11 +92,13 @@ class SurveyedFloor(Record):
     n_tags: int
     n_read: int
     n_unseen: int
+    n_unknown: int
     reads_per_tag: float
     visits_per_tag: float
     mean_correction_mm: float
     sigma_mm: float
     laid_mm: float
+    scatter_mm: float
     is_as_declared: bool
     before: TagErrors | None
     after: TagErrors | None
@@ -119,7 +128,8 @@ class SurveyedFloor(Record):
 class SurveyRecord(Record):
     """The surveys of a study.
 
-    `hours`, `driven_m` and `n_lanes` are those of one survey, whatever the floor's errors are.
+    `hours`, `driven_m` and `n_lanes` are those of one survey, whatever the floor's errors are; `hours` of a recorded
+    log are the sum of its stretches.
     """
 
     format: Literal[1] = 1

@@ -8,9 +8,9 @@ import shapely
 
 from rfiddesign import require
 from rfiddesign.design import Design
-from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceError
+from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceDrift
 from rfiddesign.floor import Floor, build_tag_map
-from rfiddesign.models.survey_log import SurveyLog
+from rfiddesign.models.survey_log import MAX_GAP_S, SurveyLog
 from rfiddesign.simulation.as_built import LaidFloor, laid_world
 from rfiddesign.simulation.record import record_with, rig_of
 from rfiddesign.simulation.run import key_of
@@ -53,7 +53,7 @@ class SurveyPlan:
         require.within("lane_pitch_mm", self.lane_pitch_mm, low=10.0, high=1e5)
         require.within("speed_mm_per_s", self.speed_mm_per_s, low=1.0, high=10_000.0)
         require.within("turn_rate_rad_per_s", self.turn_rate_rad_per_s, low=1e-3, high=100.0)
-        require.within("dt_s", self.dt_s, low=1e-3, high=10.0)
+        require.within("dt_s", self.dt_s, low=1e-3, high=MAX_GAP_S)
         if self.directions not in DIRECTIONS:
             raise ValueError(f"directions is {self.directions!r}, must be one of {', '.join(DIRECTIONS)}")
 
@@ -68,7 +68,7 @@ class SurveyRobot:
 
     design: Design
     world: World
-    reference: ReferenceError
+    reference: ReferenceDrift
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +201,7 @@ def _schedule(robot: tuple, dt_s: float) -> tuple[np.ndarray, np.ndarray]:
     return (slots + phases) * dt_s, np.full(len(phases), period * dt_s)
 
 
-def _reference_errors(time: np.ndarray, reference: ReferenceError, seed: int) -> np.ndarray:
+def _reference_errors(time: np.ndarray, reference: ReferenceDrift, seed: int) -> np.ndarray:
     """Errors (m, 3) of the reference localizer at rising times (m,)."""
     draws = np.random.default_rng([seed, _STREAM_REFERENCE]).standard_normal((len(time), 3))
     keep = np.exp(-np.diff(time, prepend=-math.inf) / reference.correlation_s)

@@ -10,6 +10,8 @@ from rfiddesign.geometry import compose
 from rfiddesign.models.lobe import Lobe
 from rfiddesign.models.polls import MAX_POLLS, Polls
 
+# Pairs of a poll and a tag near it.
+MAX_PAIRS = 20_000_000
 # A tag whose distance differs from the one needed by more standard deviations is as good as never read.
 _SIGMAS = 4.0
 
@@ -36,12 +38,19 @@ def poll_tags(
 
     `signal_db` is how much stronger tags answer than the communication distances are named after; 40 dB are ten times
     the distance (eq. 2 of tag_mapping_adaptive_likelihood).
+
+    Raises
+    ------
+    ValueError : if there are more than 20 million pairs of a poll and a tag near it.
     """
     distances = np.asarray(distances_mm, float)
     reaches = distances * 10.0 ** (signal_db / 40.0)
     reach = reaches[-1] * math.exp(_SIGMAS * lobe.softness) * math.hypot(1.0, lobe.ratio)
-    near = cKDTree(tags_mm).query_ball_point(poses[:, :2], reach, return_sorted=True)
-    counts = np.fromiter(map(len, near), np.int64, len(poses))
+    tree = cKDTree(tags_mm)
+    counts = tree.query_ball_point(poses[:, :2], reach, return_length=True)
+    if counts.sum() > MAX_PAIRS:
+        raise ValueError(f"polls have {counts.sum():,} tags near them in all, at most {MAX_PAIRS:,} are allowed")
+    near = tree.query_ball_point(poses[:, :2], reach, return_sorted=True)
     poll = np.repeat(np.arange(len(poses)), counts)
     tag = np.fromiter((number for some in near for number in some), np.int64, counts.sum())
     d, (c, s) = tags_mm[tag] - poses[poll, :2], (np.cos(poses[poll, 2]), np.sin(poses[poll, 2]))

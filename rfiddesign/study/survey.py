@@ -4,27 +4,32 @@ For each declared installation error a floor is laid once and surveyed.  Then th
 four maps, run i on the same route with the same noise each time:
 
 - *nominal*: the plan;
-- *checked*: the plan with the dead tags that the survey found struck off and the swapped ones put right;
+- *checked*: the plan with the dead tags that the survey found struck off, the swapped ones put right and the misplaced
+  ones at the planned place nearest to where they were found;
 - *surveyed*: the places that the survey found;
 - *true*: where the tags lie, the best that any survey could do.
 
-The filter is told of each map how far off its tags are believed to be: as declared, or as the survey says.  Mistakes
-are to be put right on any floor, a denser one as well, so that the advice is about places: a survey pays if the
-surveyed map saves a share of the checked one's error that is worth anything and certain, and if no denser floor
-reaches its error with a checked map for less money.  What putting mistakes right saves is told apart.  Of a recorded
-log nobody knows the truth: a floor is drawn from what the survey says of each tag.
+A filter that can be told is told of each map how far off its tags are believed to be: as declared, or as the survey
+says.  Mistakes
+are to be put right on any floor, so that the advice is about places: a survey pays if the surveyed map saves a share
+of the checked one's error that is worth anything and certain, and if no denser floor reaches its mean error for less
+money.  Dead and swapped tags of a denser floor are known from the simulation, which is not charged.  What putting
+mistakes right saves is told apart.  Of a recorded log nobody knows the truth: a floor is drawn from what the survey
+says of each tag.
 """
 
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from functools import cached_property
 from typing import get_args
 
 import numpy as np
 
 from rfiddesign.cost import Cost, CostLine, Price, Site, line_of
 from rfiddesign.design import Design
-from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceError
-from rfiddesign.estimators.tag_mapping.survey import DEAD, SurveyedTags, survey_tags
+from rfiddesign.estimators.registry import Settings
+from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceDrift
+from rfiddesign.estimators.tag_mapping.survey import DEAD, MISPLACED, SurveyedTags, survey_tags
 from rfiddesign.evaluate import MOST_CERTAIN_READ
 from rfiddesign.floor import Floor
 from rfiddesign.geometry import make_pattern
@@ -53,10 +58,10 @@ _STREAM_POSTERIOR = 73
 
 @dataclass(frozen=True, eq=False)
 class Drives:
-    """Runs with one map: its name, what the filter is told of it, tags on it, and what the runs measured."""
+    """Runs with one map: its name, what the filter is told of it (None: nothing), tags on it, what runs measured."""
 
     name: str
-    sigma_mm: float
+    sigma_mm: float | None
     n_tags: int
     runs: list[RunMetrics]
 
@@ -68,7 +73,7 @@ class Drives:
 
 @dataclass(frozen=True, eq=False)
 class Denser:
-    """A denser floor, what it costs more, and drives with its checked map."""
+    """A denser floor, what it costs more, and drives with its dead and swapped tags known, which is not charged."""
 
     design: Design
     n_tags: int
@@ -96,7 +101,11 @@ class FloorFound:
 
 @dataclass(frozen=True, eq=False)
 class SurveyFound:
-    """The surveys of a study: for which answer and candidate, what one takes and costs, and floor by floor."""
+    """The surveys of a study: for which answer and candidate, what one takes and costs, and floor by floor.
+
+    `hours` are those of a simulated survey with its turns and ways between lanes; of a recorded log the sum of its
+    stretches.
+    """
 
     answer: Answer
     candidate: Candidate
@@ -127,10 +136,21 @@ class _Survey:
         return Robot.of(self.candidate.design, replace(reads, read_probability=certain))
 
     @property
-    def reference(self) -> ReferenceError:
+    def reference(self) -> ReferenceDrift:
         """Error of the reference localizer."""
         section = self.section
-        return ReferenceError(section.pose_error_mm, section.heading_error_deg / DEG_PER_RAD, section.correlation_s)
+        return ReferenceDrift(section.pose_error_mm, section.heading_error_deg / DEG_PER_RAD, section.correlation_s)
+
+    def told(self, sigma_mm: float) -> Settings:
+        """The filter as it is told how far off the tags of its map are."""
+        file, sigma = self.study.file, max(sigma_mm, _LEAST_SIGMA_MM)
+        world = file.world.model_copy(update={"installation_error_mm": sigma, "dead_share": 0.0})
+        return estimators_of(file, world, file.scenario.fastest_mm_per_s)[self.candidate.estimator]
+
+    @cached_property
+    def is_told(self) -> bool:
+        """Whether that makes a difference: not every filter can be told, and a study may say what it believes."""
+        return self.told(1.0) != self.told(100.0)
 
     @property
     def plan(self) -> SurveyPlan:
@@ -172,13 +192,13 @@ def _surveyed(survey: _Survey) -> SurveyFound:
             drive = _drive(survey, laid)
             surveyed = _survey(survey, drive.log, nominal, error)
             early = None
-            if survey.section.passes > EARLY_PASSES:
-                early = _survey(survey, drive.first_passes(EARLY_PASSES), nominal, error)
+            if survey.section.passes > EARLY_PASSES and len((first := drive.first_passes(EARLY_PASSES)).read_tag):
+                early = _survey(survey, first, nominal, error)
             log_of, hours = drive.log, drive.duration_s / 3600.0
         else:
             surveyed, early = _survey(survey, log, nominal, error), None
             laid = _drawn(surveyed, survey.study.file.seed)
-            hours = float(log.time_s[-1] - log.time_s[0]) / 3600.0
+            hours = log.driven_s / 3600.0
         cost = cost or survey_cost(survey, hours, log_of.driven_mm / 1e3)
         floors.append(_evaluated(survey, error, (laid, surveyed, early)))
     n_lanes = len(np.unique(log_of.stretch))
@@ -231,10 +251,21 @@ def _drawn(surveyed: SurveyedTags, seed: int) -> LaidFloor:
     return LaidFloor(surveyed.nominal_mm, true, surveyed.status == DEAD, surveyed.partner)
 
 
+def put_right_mm(surveyed: SurveyedTags) -> np.ndarray:
+    """Planned places (n, 2) of the tags that the survey found there, of swapped and misplaced ones as well.
+
+    A misplaced tag is mostly half of a swap whose other half is dead or was not read; where the plan has it, it is not.
+    """
+    nominal = surveyed.nominal_mm
+    places = np.where((surveyed.partner >= 0)[:, None], nominal[surveyed.partner], nominal)
+    for i in np.flatnonzero(surveyed.status == MISPLACED):
+        places[i] = nominal[np.argmin(np.sum((nominal - surveyed.mean_mm[i]) ** 2, axis=1))]
+    return places
+
+
 def _evaluated(survey: _Survey, error: float, found: tuple[LaidFloor, SurveyedTags, SurveyedTags | None]) -> FloorFound:
     laid, surveyed, early = found
-    everything, kept = np.arange(len(laid.nominal_mm)), surveyed.map_mm[0]
-    put_right = np.where((surveyed.partner >= 0)[:, None], laid.nominal_mm[surveyed.partner], laid.nominal_mm)
+    everything, kept, put_right = np.arange(len(laid.nominal_mm)), surveyed.map_mm[0], put_right_mm(surveyed)
     maps = (
         ("nominal", error, everything, laid.nominal_mm),
         ("checked", error, kept, put_right[kept]),
@@ -244,7 +275,8 @@ def _evaluated(survey: _Survey, error: float, found: tuple[LaidFloor, SurveyedTa
     drives = []
     for name, sigma, ids, places in maps:
         survey.on_stage(Stage(f"driving over a floor laid to {error:g} mm with the {name} map"))
-        drives.append(Drives(name, sigma, len(ids), _runs(survey, survey.candidate.design, laid, (ids, places), sigma)))
+        told = sigma if survey.is_told else None
+        drives.append(Drives(name, told, len(ids), _runs(survey, survey.candidate.design, laid, (ids, places), sigma)))
     goal = float(drives[2].errors_mm.mean())
     return FloorFound(error, laid, survey.section.log is not None, surveyed, early, tuple(drives),
                       tuple(_denser(survey, error, goal)))  # fmt: skip
@@ -254,10 +286,7 @@ def _runs(
     survey: _Survey, design: Design, laid: LaidFloor, in_map: tuple[np.ndarray, np.ndarray], sigma_mm: float
 ) -> list[RunMetrics]:
     """Drives over a laid floor with the map of these tags, of which the filter is told how far off they are."""
-    file = survey.study.file
-    world = file.world.model_copy(update={"installation_error_mm": max(sigma_mm, _LEAST_SIGMA_MM), "dead_share": 0.0})
-    told = estimators_of(file, world, file.scenario.fastest_mm_per_s)[survey.candidate.estimator]
-    scenario = replace(survey.candidate.scenarios[0], estimator=told)
+    scenario = replace(survey.candidate.scenarios[0], estimator=survey.told(sigma_mm))
     return runs_on_floor(survey.simulator, design, scenario, map_in_use(laid, *in_map), range(survey.section.runs))
 
 
@@ -278,7 +307,7 @@ def _denser(survey: _Survey, error: float, goal_mm: float) -> list[Denser]:
         laid = lay_floor(nominal, _faults(survey.section, error, len(nominal) / n_chosen), survey.study.file.seed)
         place = np.where((laid.partner >= 0)[:, None], nominal[laid.partner], nominal)
         runs = _runs(survey, design, laid, (laid.alive, place[laid.alive]), error)
-        drives = Drives("checked", error, len(laid.alive), runs)
+        drives = Drives("checked", error if survey.is_told else None, len(laid.alive), runs)
         reaches = float(drives.errors_mm.mean()) <= goal_mm
         found.append(Denser(design, len(nominal), _extra_cents(survey, design, len(nominal)), drives, reaches))
         if reaches:

@@ -84,13 +84,15 @@ def _floor(study: Study, found: SurveyFound, floor: FloorFound) -> records.Surve
         visits_per_tag=rounded(float(surveyed.n_visits[surveyed.is_read].mean())) if surveyed.is_read.any() else 0.0,
         mean_correction_mm=rounded(mean_correction_mm(surveyed)),
         sigma_mm=rounded(surveyed.sigma_mm),
+        n_unknown=surveyed.n_unknown,
         laid_mm=rounded(surveyed.laid_mm),
+        scatter_mm=rounded(surveyed.scatter_mm),
         is_as_declared=surveyed.is_as_declared,
         before=_errors(before) if is_known else None,
         after=_errors(np.hypot(*errors.T)) if is_known else None,
         calibration=rounded(_calibration(errors, surveyed.covariance_mm2[is_placed])) if is_known else None,
-        distances_before_mm=[round(value, 2) for value in before[:MAX_DISTANCES].tolist()] if is_known else [],
-        distances_after_mm=[round(v, 2) for v in np.hypot(*errors.T)[:MAX_DISTANCES].tolist()] if is_known else [],
+        distances_before_mm=_distances(before) if is_known else [],
+        distances_after_mm=_distances(np.hypot(*errors.T)) if is_known else [],
         sample=_sample(floor),
         dead=_ids(surveyed.status == DEAD),
         swapped=surveyed.swapped_pairs(),
@@ -114,7 +116,7 @@ def advise(study: Study, found: SurveyFound, floor: FloorFound) -> tuple[records
     gain, least = mean_of((checked - surveyed).tolist()), study.file.survey.least_gain
     error, price = CERTAIN * gain.stderr, money(found.cost.total_cents, found.cost.currency)
     told = (
-        f"the mean localization error goes from {checked.mean():.2f} to {surveyed.mean():.2f} mm"
+        f"on this floor the mean localization error goes from {checked.mean():.2f} to {surveyed.mean():.2f} mm"
         f" ({gain.mean:+.2f} +- {gain.stderr:.2f} mm saved)"
     )
     if gain.mean < -error:
@@ -131,7 +133,8 @@ def advise(study: Study, found: SurveyFound, floor: FloorFound) -> tuple[records
         if floor.denser:
             densest = floor.denser[-1]
             reasons.append(
-                f"No denser floor up to {densest.design.pattern.tags_per_m2:g} tags/m2 reaches that error"
+                f"No denser floor up to {densest.design.pattern.tags_per_m2:g} tags/m2 reaches that mean error, even"
+                f" with its dead and swapped tags known, which is not charged"
                 f" ({densest.drives.errors_mm.mean():.2f} mm there, for"
                 f" {money(densest.extra_cents, found.cost.currency)} more); the survey costs {price}."
             )
@@ -140,8 +143,9 @@ def advise(study: Study, found: SurveyFound, floor: FloorFound) -> tuple[records
         return "pays", reasons
     extra = money(denser.extra_cents, found.cost.currency)
     reasons.append(
-        f"A floor of {denser.design.pattern.tags_per_m2:g} tags/m2 reaches that error without a survey"
-        f" ({denser.drives.errors_mm.mean():.2f} mm) for {extra} more; the survey costs {price}."
+        f"A floor of {denser.design.pattern.tags_per_m2:g} tags/m2 reaches that mean error with its dead and swapped"
+        f" tags known, which is not charged ({denser.drives.errors_mm.mean():.2f} mm, for {extra} more); the survey"
+        f" costs {price}."
     )
     return ("pays" if found.cost.total_cents < denser.extra_cents else "does not pay"), reasons
 
@@ -153,27 +157,33 @@ def _kept(study: Study, floor: FloorFound) -> str:
         for name in ("checked", "surveyed")
     ]
     kept = f"{shares[0]:.0%} of drives with the checked map, in {shares[1]:.0%} with the surveyed one"
-    return f"The limits are kept in {kept}."
+    return f"On this floor the limits are kept in {kept}."
 
 
 def checking(floor: FloorFound) -> str:
-    """What it does to strike off dead tags and to put swapped ones right, as a sentence."""
+    """What it does to strike off dead tags and to put mixed-up ones right, as a sentence."""
     nominal, checked = floor.drives("nominal").errors_mm, floor.drives("checked").errors_mm
     gain = mean_of((nominal - checked).tolist())
-    n_dead, n_pairs = int(np.count_nonzero(floor.surveyed.status == DEAD)), len(floor.surveyed.swapped_pairs())
+    n_dead, n_misplaced = (int(np.count_nonzero(floor.surveyed.status == kind)) for kind in (DEAD, MISPLACED))
+    mixed_up = f"{len(floor.surveyed.swapped_pairs())} swapped pairs"
+    mixed_up += f" and {n_misplaced} misplaced tags" if n_misplaced else ""
     return (
-        f"Apart from that, striking off {n_dead} dead tags and putting {n_pairs} swapped pairs right takes the nominal"
-        f" map's error from {nominal.mean():.2f} to {checked.mean():.2f} mm ({gain.mean:+.2f} +- {gain.stderr:.2f} mm"
-        " saved)."
+        f"Apart from that, on this floor striking off {n_dead} dead tags and putting {mixed_up} right takes"
+        f" the nominal map's error from {nominal.mean():.2f} to {checked.mean():.2f} mm ({gain.mean:+.2f} +-"
+        f" {gain.stderr:.2f} mm saved)."
     )
 
 
 def doubts(floor: FloorFound) -> list[str]:
     """A warning if tags do not lie as was declared, as a sentence."""
-    if floor.surveyed.is_as_declared:
+    surveyed, declared = floor.surveyed, floor.installation_mm
+    if surveyed.is_as_declared:
         return []
+    told = f"{surveyed.laid_mm:.1f} mm"
+    if surveyed.laid_mm <= min(2.0 * surveyed.scatter_mm, declared):
+        told = f"less than {min(2.0 * surveyed.scatter_mm, declared):.1f} mm"
     return [
-        f"Tags seem to lie {floor.surveyed.laid_mm:.1f} mm per axis off the plan, not {floor.installation_mm:g} mm as"
+        f"Tags seem to lie {told} per axis off the plan, not {declared:g} mm as"
         " declared: places and covariances rest on that; declare what is true."
     ]
 
@@ -192,6 +202,12 @@ def surveyed_csv(found: SurveyFound) -> str:
             row = [f"{floor.installation_mm:g}", str(i), status, partner, *numbers, str(surveyed.n_reads[i]), *true]
             lines.append(",".join(row))
     return "\n".join(lines) + "\n"
+
+
+def _distances(distances: np.ndarray) -> list[float]:
+    """All distances, or every k-th: ids run along the rows of a floor, so that the first would be of one side."""
+    step = -(-len(distances) // MAX_DISTANCES)
+    return [round(value, 2) for value in distances[:: max(step, 1)].tolist()]
 
 
 def _errors(distances: np.ndarray) -> records.TagErrors:
@@ -255,7 +271,7 @@ def _map(study: Study, drives: Drives) -> records.SurveyedMap:
     requirement = study.requirement
     return records.SurveyedMap(
         name=drives.name,
-        sigma_mm=rounded(drives.sigma_mm),
+        sigma_mm=None if drives.sigma_mm is None else rounded(drives.sigma_mm),
         n_tags=drives.n_tags,
         position_mean_mm=_mean(drives.errors_mm.tolist()),
         position_p95_mm=_mean([run.position_p95_mm for run in drives.runs]),

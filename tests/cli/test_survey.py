@@ -20,8 +20,8 @@ MAPS = [
 def floor(error_mm: float, advice: str) -> SurveyedFloor:
     return SurveyedFloor(
         installation_error_mm=error_mm, is_recorded=False, n_tags=9, n_read=8, n_unseen=1, reads_per_tag=5.0,
-        visits_per_tag=2.0, mean_correction_mm=6.5, sigma_mm=4.0, laid_mm=7.0, is_as_declared=True,
-        before=TagErrors(per_axis_rms_mm=7.0, radial_rms_mm=9.9, radial_mean_mm=9.0),
+        visits_per_tag=2.0, mean_correction_mm=6.5, sigma_mm=4.0, laid_mm=7.0, scatter_mm=3.0, n_unknown=0,
+        is_as_declared=True, before=TagErrors(per_axis_rms_mm=7.0, radial_rms_mm=9.9, radial_mean_mm=9.0),
         after=TagErrors(per_axis_rms_mm=4.0, radial_rms_mm=5.7, radial_mean_mm=5.0), calibration=2.1,
         distances_before_mm=[9.0], distances_after_mm=[5.0], sample=[TAG], dead=[1], swapped=[(2, 3)], misplaced=[],
         dead_counts=FEW, swapped_counts=FEW, early_dead=None, early_swapped=None, maps=MAPS, gain_mm=MEAN, denser=[],

@@ -96,7 +96,12 @@ def test_antennas_in_any_order_and_no_reads_at_all_are_fine(folder):
         (POSES, "time_s,stretch,x_mm,y_mm,heading_rad\n0,0,0,0,0\n1,0.5,0,0,0\n", "stretch is 0.5"),
         (POSES, "time_s,stretch,x_mm,y_mm,heading_rad\n1,0,0,0,0\n1,0,0,0,0\n", "do not rise after 1 s"),
         (POSES, "time_s,stretch,x_mm,y_mm,heading_rad\n0,2,0,0,0\n1,1,0,0,0\n", "stretches fall after 0 s"),
-        (POSES, "time_s,stretch,x_mm,y_mm,heading_rad\n0,0,0,0,0\n3e9,0,0,0,0\n", "at most 60,000,000"),
+        (
+            POSES,
+            "time_s,stretch,x_mm,y_mm,heading_rad\n0,0,0,0,0\n0.5,0,0,0,0\n1.6,0,0,0,0\n",
+            "a gap of 1.1 s after 0.5 s, at most 1 s is allowed within a stretch: number stretches anew at gaps",
+        ),
+        (POSES, "time_s,stretch,x_mm,y_mm,heading_rad\n0,0,0,0,0\n1,1,0,0,0\n", "no stretch has two poses"),
         (POSES, "\xff\xfe", "is not plain text"),
         (READS, "time_s,antenna,tag\n0.3,0,-1\n", "tag is -1"),
         (READS, "time_s,antenna,tag\n0.3,2,1\n", "antenna 2, the schedule has 2"),
@@ -112,6 +117,26 @@ def test_what_is_no_log_is_refused_in_one_line(folder, file, text, told):
         read_survey_log(folder)
     assert told in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def a_log(time, stretch, n_antennas, period_s):
+    """A log of a robot that stands still and reads nothing."""
+    schedule, nothing = np.full(n_antennas, period_s), np.empty(0, int)
+    return SurveyLog(time, stretch, np.zeros((len(time), 3)), schedule, schedule, nothing, nothing, nothing)
+
+
+def test_a_gap_between_stretches_may_be_long():
+    log = a_log(np.array([0.0, 1.0, 500.0, 501.0]), np.array([0, 0, 1, 1]), 1, 0.1)
+    assert log.driven_s == 2.0
+    assert len(log.polls(ReaderLayout("one", LAYOUT.poses[:1])).time_s) == 20
+
+
+def test_more_polls_than_a_computer_holds_are_refused():
+    time = np.arange(502.0)
+    with pytest.raises(ValueError, match=r"1e\+07 polls, at most 10,000,000"):
+        a_log(time, np.zeros(502, int), 2, 1e-4)
+    with pytest.raises(ValueError, match="2,000 stretches of 9,999 antennas, at most 10,000,000"):
+        a_log(np.arange(4000.0), np.repeat(np.arange(2000), 2), 9_999, 1e4)
 
 
 def test_a_missing_file_is_named(folder):

@@ -24,7 +24,7 @@ def mean(value: float) -> MeanRecord:
     return MeanRecord(mean=value, stderr=0.25)
 
 
-def a_map(name: str, error: float, sigma: float) -> SurveyedMap:
+def a_map(name: str, error: float, sigma: float | None) -> SurveyedMap:
     return SurveyedMap(
         name=name, sigma_mm=sigma, n_tags=98, position_mean_mm=mean(error), position_p95_mm=mean(2 * error),
         pass_share=mean(0.9),
@@ -50,7 +50,7 @@ def a_floor(**changes) -> SurveyedFloor:
     fields = {
         "installation_error_mm": 20.0, "is_recorded": False, "n_tags": 100, "n_read": 90, "n_unseen": 8,
         "reads_per_tag": 64.0, "visits_per_tag": 16.0, "mean_correction_mm": 24.0, "sigma_mm": 5.3, "laid_mm": 19.0,
-        "is_as_declared": True,
+        "scatter_mm": 8.0, "n_unknown": 3, "is_as_declared": True,
         "before": errors(28.0), "after": errors(7.0), "calibration": 1.7,
         "distances_before_mm": [10.0 + k for k in range(30)], "distances_after_mm": [0.3 * k for k in range(30)],
         "sample": [a_tag(i, j) for i in range(5) for j in range(5)], "dead": list(range(60)), "swapped": [(4, 9)],
@@ -98,10 +98,19 @@ def test_every_floor_has_its_advice_its_maps_and_its_denser_floors():
     rows = part.floors[0].maps.rows
     assert [row[0] for row in rows[:4]] == list(MAPS.values())
     assert rows[2][1:] == ("8.00 ± 0.25 mm", "16.00 ± 0.25 mm", "90 %", "5.3 mm")
-    assert rows[4][:2] == ("checked, 49 tags per m², EUR 468.00 more", "13.00 ± 0.25 mm")
+    assert rows[4][:2] == ("mistakes known, 49 tags per m², EUR 468.00 more", "13.00 ± 0.25 mm")
     found = dict(part.floors[0].found.rows)
     assert found["distance after (the residual), root mean square"] == "7.0 mm"
     assert found["dead tags"] == "2 of 3 found, 0 false alarms"
+    assert found["reads of ids that the plan does not have"] == "3"
+    assert found["off the plan per axis, as reads have it"] == "19.0 mm"
+
+
+def test_what_is_hardly_told_or_cannot_be_told_is_not_printed_as_a_number():
+    maps = [a_map(name, 9.0, None) for name in ("nominal", "checked", "surveyed", "true")]
+    floor = survey_part(a_record(a_floor(laid_mm=15.0, maps=maps))).floors[0]
+    assert dict(floor.found.rows)["off the plan per axis, as reads have it"] == "less than 16.0 mm"
+    assert {row[-1] for row in floor.maps.rows} == {"–"}
 
 
 def test_long_lists_of_ids_are_cut_short():
@@ -113,6 +122,8 @@ def test_long_lists_of_ids_are_cut_short():
 def test_of_a_recorded_log_nothing_is_said_that_nobody_knows():
     part = survey_part(a_record(RECORDED))
     assert "Nobody knows" in part.driven
+    assert "right by construction" in part.driven
+    assert "taken to be off" in part.reference
     assert part.floors[0].heading.endswith("the survey makes it worse")
     found = dict(part.floors[0].found.rows)
     assert found["dead tags"] == "2 listed"

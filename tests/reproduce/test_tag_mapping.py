@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from rfiddesign.errors import StudyError
-from rfiddesign.reproduce import load_reproduction, reproduce
+from rfiddesign.reproduce import load_reproduction, reproduce, tag_mapping
 from rfiddesign.reproduce.tag_mapping import line, office
 from rfiddesign.reproduce.tag_mapping.models import fitted, lobes
 
@@ -143,6 +143,8 @@ def test_the_line_has_an_antenna_to_either_side_and_the_tag_is_read_by_one_going
         ("cell_mm = 10.0", "cell_mm = 1.0", "cell_mm"),
         ("distances_mm = [700.0, 1000.0,", "distances_mm = [1700.0, 1000.0,", "distances_mm must rise"),
         ("tag_at_mm = 1400.0", "tag_at_mm = 3400.0", "tag_at_mm must be at most length_mm"),
+        ("poll_mm = 100.0", "poll_mm = 2800.0", "poll_mm must be at most length_mm"),
+        ("turn_deg = 15.0\npoll_s = 1.0", "turn_deg = 15.0\npoll_s = 10.5", "must be at most passage_mm"),
         ("n_passages = 4", "n_passages = 9", "passages are wider than the office"),
         ("wall_mm = 200.0", "wall_mm = 1000.0", "wall_mm leaves nothing"),
         ("side_m = 16.0", "side_mm = 16.0", "side_mm"),
@@ -157,3 +159,10 @@ def test_a_study_file_with_a_mistake_is_refused_with_the_key(tmp_path, old, new,
     (tmp_path / "study.toml").write_text(text.replace(old, new))
     with pytest.raises(StudyError, match=words):
         load_reproduction(str(tmp_path))
+
+
+def test_more_tags_near_the_robot_than_can_be_listed_end_in_one_line(monkeypatch):
+    monkeypatch.setattr("rfiddesign.simulation.tag_polls.MAX_PAIRS", 10)
+    monkeypatch.setattr(line, "measure", lambda *arguments, **settings: [])
+    with pytest.raises(StudyError, match=r"office: polls have .* tags near them in all, at most 10 are allowed"):
+        tag_mapping.measure(load_reproduction(STUDY), 1, lambda *arguments: None, is_quick=True)

@@ -9,7 +9,7 @@ import shapely
 
 from rfiddesign.catalog import antenna
 from rfiddesign.design import Design
-from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceError
+from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceDrift
 from rfiddesign.floor import floor_from_polygon, rectangle_floor
 from rfiddesign.geometry import make_layout, make_pattern
 from rfiddesign.models.reads import ReadModel
@@ -20,7 +20,7 @@ from rfiddesign.simulation.survey_drive import SurveyPlan, SurveyRobot, drive_su
 
 FLOOR = rectangle_floor(2000.0, 1500.0, 300.0)
 DESIGN = Design(make_layout("cross-8"), antenna("60x60"), make_pattern("square", tags_per_m2=36.0))
-ROBOT = SurveyRobot(DESIGN, World(reads=ReadModel(polling="staggered")), ReferenceError(20.0, 0.01, 5.0))
+ROBOT = SurveyRobot(DESIGN, World(reads=ReadModel(polling="staggered")), ReferenceDrift(20.0, 0.01, 5.0))
 LAID = lay_floor(DESIGN.pattern.lay(FLOOR.drivable), LayingFaults(10.0, 0.1), 1)
 
 
@@ -122,7 +122,7 @@ def test_the_same_seed_drives_the_same_survey():
 @pytest.mark.parametrize(
     ("change", "told"),
     [({"passes": 0}, "passes"), ({"lane_pitch_mm": 1.0}, "lane_pitch_mm"), ({"directions": "up"}, "directions"),
-     ({"speed_mm_per_s": 0.0}, "speed_mm_per_s")],
+     ({"speed_mm_per_s": 0.0}, "speed_mm_per_s"), ({"dt_s": 1.5}, "dt_s")],
 )  # fmt: skip
 def test_a_plan_out_of_bounds_is_refused(change, told):
     with pytest.raises(ValueError, match=told):

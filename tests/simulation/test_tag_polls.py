@@ -54,3 +54,9 @@ def test_no_tag_near_is_no_read():
     polls = poll_tags(Lobe(), np.zeros((3, 3)), np.array([[1e6, 0.0]]), DISTANCES, np.random.default_rng(1))
     assert polls.n_reads == 0
     assert polls.n_tags == 1
+
+
+def test_more_pairs_than_a_computer_holds_are_refused_before_they_are_listed():
+    rng = np.random.default_rng(1)
+    with pytest.raises(ValueError, match="have 20,004,000 tags near them in all, at most 20,000,000"):
+        poll_tags(Lobe(), np.zeros((5001, 3)), rng.uniform(-100, 100, (4000, 2)), DISTANCES, rng)

@@ -17,12 +17,18 @@ from rfiddesign.study.estimators import estimators_of
 from rfiddesign.study.load import design_of, floor_of, reader_of, scenario_of, space_of
 
 TINY = Path(__file__).parents[1] / "tiny-study"
+STUDIES = Path(__file__).parents[2] / "studies"
 TEXT = (TINY / "study.toml").read_text()
 
 
 def test_a_study_is_named_by_its_folder_or_its_file(tiny):
     assert load_study(tiny).file == load_study(tiny / "study.toml").file
     assert load_study(str(tiny)).name == "tiny-study"
+
+
+@pytest.mark.parametrize("name", ["as-built-survey", "floor-or-shelf"])
+def test_studies_of_surveys_and_shelves_can_be_loaded(name):
+    assert load_study(STUDIES / name).name == name
 
 
 def test_what_the_file_does_not_say_has_the_documented_defaults(tiny):

@@ -4,18 +4,22 @@ import csv
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from rfiddesign.cli.survey import survey_lines, survey_of, survey_summary
 from rfiddesign.errors import StudyError
+from rfiddesign.estimators.tag_mapping.survey import SurveyedTags
 from rfiddesign.models.survey_files import write_survey_log
 from rfiddesign.report import write_report
 from rfiddesign.results.folder import read_record
 from rfiddesign.results.study_result import ChosenDesign
 from rfiddesign.results.survey import SurveyRecord
 from rfiddesign.study import load_study, run_study, verify
+from rfiddesign.study import survey as surveys
+from rfiddesign.study.survey import put_right_mm
 
 TINY = Path(__file__).parents[1] / "tiny-study"
 SECTION = """
@@ -124,11 +128,33 @@ def test_the_map_is_written_with_covariances_and_agrees_with_the_record(surveyed
         assert np.sqrt(np.mean(variances)) == pytest.approx(floor.sigma_mm, abs=0.05)
 
 
+def test_the_checked_map_has_tags_at_the_planned_places_where_they_were_found():
+    """Tags 0 and 1 were swapped; 2 was found near the place of 3, which nobody read; 4 is at its own."""
+    nominal = np.column_stack([100.0 * np.arange(5), np.zeros(5)])
+    found = nominal[[1, 0, 3, 3, 4]] + [[8.0, -3.0]] * 5
+    status = np.array(["swapped", "swapped", "misplaced", "unseen", "found"])
+    surveyed = SurveyedTags(
+        nominal, found, np.tile(np.eye(2), (5, 1, 1)), status, np.array([1, 0, -1, -1, -1]), np.array([9, 9, 9, 0, 9]),
+        np.array([2, 2, 2, 0, 2]), np.zeros(5), 0, 8.0, 5.0, True,
+    )  # fmt: skip
+    assert np.array_equal(put_right_mm(surveyed), nominal[[1, 0, 3, 3, 4]])
+
+
+@pytest.mark.parametrize(
+    ("setting", "is_told"), [("estimator='pmg'", True), ("estimator='mcl'", False), ("pmg.softness_mm=4.0", False)]
+)
+def test_a_filter_is_told_how_good_its_map_is_if_it_can_be(study_folder, setting, is_told):
+    study = load_study(study_folder, (setting,))
+    candidate = SimpleNamespace(estimator=study.file.estimator)
+    assert surveys._Survey(study, study.file.survey, None, None, candidate, None, None).is_told == is_told
+
+
 def test_dead_and_swapped_tags_are_counted_without_false_alarms(record):
     for floor in record.floors:
         assert floor.dead_counts.n_false == floor.swapped_counts.n_false == 0
         for found in (floor.dead_counts, floor.swapped_counts):
             assert found.n_found + found.n_missed == found.n_true
+    assert any(floor.dead_counts.n_found + floor.swapped_counts.n_found > 0 for floor in record.floors)
 
 
 def test_workers_do_not_change_the_survey(study_folder, surveyed, tmp_path):
@@ -172,7 +198,6 @@ def recorded(study_folder, surveyed, tmp_path):
     """A study with the log of a drive over a floor laid to 25 mm, and where its tags lie."""
     from rfiddesign.simulation.as_built import LayingFaults, lay_floor
     from rfiddesign.simulation.survey_drive import drive_survey
-    from rfiddesign.study import survey as surveys
 
     folder = shutil.copytree(study_folder, tmp_path / "study")
     study = load_study(folder)

@@ -44,7 +44,7 @@ _BORDER_MM = 1.0
 
 
 @dataclass(frozen=True)
-class ReferenceError:
+class ReferenceDrift:
     """How far a reference localizer is off: a Gauss-Markov process on each axis.
 
     Parameters
@@ -114,7 +114,7 @@ class Posterior:
     log_evidence: float
 
 
-def soft_grid(robot: Robot, reference: ReferenceError, prior_mm: float, visit_s: float) -> SoftGrid:
+def soft_grid(robot: Robot, reference: ReferenceDrift, prior_mm: float, visit_s: float) -> SoftGrid:
     """Make ready for tags with a prior of `prior_mm` per axis, passed over in `visit_s` seconds.
 
     Raises

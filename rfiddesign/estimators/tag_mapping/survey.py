@@ -26,7 +26,7 @@ from rfiddesign.estimators.tag_mapping.soft_grid import (
     NOTHING,
     READ,
     Posterior,
-    ReferenceError,
+    ReferenceDrift,
     SoftGrid,
     posterior,
     soft_grid,
@@ -60,7 +60,10 @@ class SurveyedTags:
     n_unknown : reads of ids that the plan does not have.
     laid_mm : standard deviation per axis of where tags lie about the plan, as their reads have it whatever was
         declared [mm]: the median squared offset of the places where they were read, less what these places scatter by.
-    is_as_declared : False if these offsets, scatter included, are over twice or under half of what was declared.
+    scatter_mm : median standard deviation per axis of where a tag is read about where it lies [mm]; a `laid_mm` of less
+        than twice that is hardly told from it.
+    is_as_declared : False if these offsets, scatter included, are over twice or under half of what was declared; under
+        half only where more than the scatter was declared, which is rather said too large.
     """
 
     nominal_mm: np.ndarray
@@ -73,6 +76,7 @@ class SurveyedTags:
     silence: np.ndarray
     n_unknown: int
     laid_mm: float
+    scatter_mm: float
     is_as_declared: bool
 
     @property
@@ -110,7 +114,7 @@ class _Material:
     by_place: TagMap
     tag_start: np.ndarray
     tag_poll: np.ndarray
-    reference: ReferenceError
+    reference: ReferenceDrift
     gap_s: float
 
     def reads_of(self, tag: int) -> np.ndarray:
@@ -126,7 +130,7 @@ class _Material:
 
 
 def survey_tags(
-    log: SurveyLog, robot: Robot, nominal_mm: np.ndarray, installation_mm: float, reference: ReferenceError,
+    log: SurveyLog, robot: Robot, nominal_mm: np.ndarray, installation_mm: float, reference: ReferenceDrift,
     apply: Callable[[Callable[[int], Posterior], Iterable[int]], Iterable[Posterior]] = map,
 ) -> SurveyedTags:  # fmt: skip
     """Estimate where each tag of a floor lies from a survey's log.
@@ -142,12 +146,14 @@ def survey_tags(
 
     Raises
     ------
-    ValueError : if the log does not fit the robot, or a number is out of bounds.
+    ValueError : if the log does not fit the robot, has no read of a tag of the plan, or a number is out of bounds.
     """
     require.within("read_probability", robot.reads.read_probability, low=0.01, high=0.999)
     nominal = np.asarray(nominal_mm, float)
     n, visit_s = len(nominal), _visit_s(log, robot)
     material, n_unknown = _material(log, robot, n, reference, visit_s)
+    if not len(material.tag_poll):
+        raise ValueError(f"log: no read of a planned tag; {n_unknown:,} reads of ids that the plan does not have")
     n_reads = np.diff(material.tag_start)
     centres, n_visits, worth = _read_places(material, nominal)
     scatter = _scatter(robot, reference, worth)
@@ -200,7 +206,7 @@ def _visit_s(log: SurveyLog, robot: Robot) -> float:
 
 
 def _material(
-    log: SurveyLog, robot: Robot, n_tags: int, reference: ReferenceError, visit_s: float
+    log: SurveyLog, robot: Robot, n_tags: int, reference: ReferenceDrift, visit_s: float
 ) -> tuple[_Material, int]:
     polls = log.polls(robot.layout)
     is_known = (polls.read_tag >= 0) & (polls.read_tag < n_tags)
@@ -227,23 +233,23 @@ def _read_places(material: _Material, nominal: np.ndarray) -> tuple[np.ndarray, 
     return centres, n_visits, worth
 
 
-def _scatter(robot: Robot, reference: ReferenceError, worth: np.ndarray) -> np.ndarray:
+def _scatter(robot: Robot, reference: ReferenceDrift, worth: np.ndarray) -> np.ndarray:
     """Standard deviation per axis of where a tag is read about where it lies (n,); reads come from all of the field."""
     field = max(robot.area.covariance_mm2[0][0], robot.area.covariance_mm2[1][1])
     return np.sqrt((reference.pose_mm**2 + field) / worth)
 
 
-def _as_laid(offsets: np.ndarray, scatter: np.ndarray, declared_mm: float) -> tuple[float, bool]:
-    """How far off tags lie from the plan, and whether that is as declared, from where they were read and its scatter.
+def _as_laid(offsets: np.ndarray, scatter: np.ndarray, declared_mm: float) -> tuple[float, float, bool]:
+    """How far off tags lie from the plan, the scatter of where they were read, and whether that is as declared.
 
     Of a Gaussian in the plane the median squared distance is 2 ln 2 variances; mixed-up tags do not move it.
     """
-    if not len(offsets):
-        return 0.0, True
     seen = float(np.median(np.sum(offsets**2, axis=1))) / (2.0 * math.log(2.0))
     own = float(np.median(scatter**2))
     ratio = seen / (declared_mm**2 + own)
-    return math.sqrt(max(seen - own, 0.0)), 1.0 / _FACTOR**2 < ratio < _FACTOR**2
+    # Reads come from less than all of the field: its own scatter is said too large, which alone is no reason to doubt.
+    is_too_small = ratio <= 1.0 / _FACTOR**2 and declared_mm**2 > own
+    return math.sqrt(max(seen - own, 0.0)), math.sqrt(own), not is_too_small and ratio < _FACTOR**2
 
 
 def _swapped(nominal: np.ndarray, centres: np.ndarray, spread: np.ndarray) -> np.ndarray:

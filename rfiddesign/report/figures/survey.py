@@ -25,13 +25,16 @@ def residuals_figure(record: SurveyRecord) -> Figure:
     figure = new_figure(0.4 + 1.6 * len(floors))
     for axes, floor in zip(figure.subplots(len(floors), 1, squeeze=False)[:, 0], floors, strict=True):
         before, after = np.array(floor.distances_before_mm), np.array(floor.distances_after_mm)
-        bins = np.linspace(0.0, max(float(np.quantile(before, 0.999)), float(after.max()), 1.0), _BINS + 1)
+        bins = np.linspace(
+            0.0, max(float(np.quantile(before, 0.999)), float(np.quantile(after, 0.999)), 1.0), _BINS + 1
+        )
         for distances, name, colour, errors in (
             (before, "nominal", NOMINAL, floor.before),
             (after, "surveyed", SURVEYED, floor.after),
         ):
             words = f"{name} map: root mean square {errors.radial_rms_mm:.1f} mm"
-            axes.hist(distances, bins, color=colour, alpha=0.55, label=words)
+            # The last bin holds what lies beyond.
+            axes.hist(np.minimum(distances, bins[-1]), bins, color=colour, alpha=0.55, label=words)
         axes.set_title(f"laid to {floor.installation_error_mm:g} mm per axis", loc="left")
         axes.set_ylabel("tags")
         axes.legend(loc="upper right", fontsize=7.5)

@@ -8,6 +8,7 @@ from rfiddesign.reproduce.reproduction import Reproduction
 from rfiddesign.reproduce.rows import Row
 from rfiddesign.reproduce.tag_mapping import figures, line, models, office
 from rfiddesign.reproduce.tag_mapping.config import TagMappingFile
+from rfiddesign.study.checked import checked
 
 __all__ = ["File", "measure", "prepared"]
 
@@ -30,10 +31,17 @@ def prepared(loaded: Reproduction) -> Reproduction:
 def measure(
     loaded: Reproduction, n_workers: int | None, on_progress: OnProgress, *, is_quick: bool
 ) -> tuple[list[Row], dict[str, Figure]]:
-    """The line experiments and the office; see `kinds.Kind`."""
+    """The line experiments and the office; see `kinds.Kind`.
+
+    Raises
+    ------
+    StudyError : if more tags are near the robot of the office than can be listed.
+    """
     file, published = loaded.file, loaded.expected.published
     rows = line.measure(file, published, n_workers, on_progress, is_quick=is_quick)
-    more, runs = office.measure(file, published, n_workers, on_progress, is_quick=is_quick)
+    more, runs = checked(
+        loaded.path, "office", lambda: office.measure(file, published, n_workers, on_progress, is_quick=is_quick)
+    )
     return [*rows, *more], {
         "line": figures.line_figure(file),
         "posterior": figures.posterior_figure(file),

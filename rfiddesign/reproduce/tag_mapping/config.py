@@ -62,6 +62,8 @@ class LineSection(Section):
     def _on_the_line(self) -> "LineSection":
         if self.tag_at_mm > self.length_mm:
             raise ValueError("tag_at_mm must be at most length_mm")
+        if self.poll_mm > self.length_mm:
+            raise ValueError("poll_mm must be at most length_mm")
         return self
 
 
@@ -108,6 +110,10 @@ class OfficeSection(Section):
             raise ValueError(f"duration_s and poll_s make more than {MOST_POLLS:,} polls")
         if 2.0 * self.wall_mm >= self.passage_mm:
             raise ValueError("wall_mm leaves nothing of the passages")
+        if self.speed_mm_per_s * self.poll_s > self.passage_mm:
+            raise ValueError(
+                "speed_mm_per_s times poll_s must be at most passage_mm: else no step may stay in a passage"
+            )
         if self.marks_m != sorted(set(self.marks_m)):
             raise ValueError("marks_m must rise")
         return self

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import dblquad
 from scipy.interpolate import RegularGridInterpolator
 
-from rfiddesign.estimators.tag_mapping.soft_grid import ANOTHER, NOTHING, READ, ReferenceError, posterior, soft_grid
+from rfiddesign.estimators.tag_mapping.soft_grid import ANOTHER, NOTHING, READ, ReferenceDrift, posterior, soft_grid
 from rfiddesign.estimators.tag_mapping.window import masses
 from rfiddesign.geometry import Disc, ReaderLayout, Rectangle
 from rfiddesign.models.reads import ReadModel
@@ -23,7 +23,7 @@ times = st.lists(st.floats(0.0, 100.0), min_size=1, max_size=8, unique_by=lambda
 
 @given(duration_s=st.floats(1e-3, 200.0), correlation_s=st.floats(0.1, 100.0))
 def test_the_mean_error_over_a_visit_has_the_variance_of_the_double_integral(duration_s, correlation_s):
-    share = ReferenceError(20.0, 0.0, correlation_s).mean_share(duration_s)
+    share = ReferenceDrift(20.0, 0.0, correlation_s).mean_share(duration_s)
     kernel = lambda s, t: math.exp(-(t - s) / correlation_s)  # noqa: E731 - the integrand below the diagonal
     below, _ = dblquad(kernel, 0.0, duration_s, 0.0, lambda t: t)
     assert share == pytest.approx(2.0 * below / duration_s**2, rel=1e-4)
@@ -33,7 +33,7 @@ def test_the_mean_error_over_a_visit_has_the_variance_of_the_double_integral(dur
 def test_weights_of_visits_are_those_of_the_best_linear_estimate(times, correlation_s):
     at = np.sort(times)
     correlation = np.exp(-np.abs(at[:, None] - at) / correlation_s)
-    weights = ReferenceError(20.0, 0.0, correlation_s).visit_weights(at)
+    weights = ReferenceDrift(20.0, 0.0, correlation_s).visit_weights(at)
     # The matrix is ill-conditioned where times are close; what it must give back is not.
     assert correlation @ weights == pytest.approx(np.ones(len(at)), abs=1e-9)
     assert 1.0 - 1e-9 <= weights.sum() <= len(at) + 1e-9
@@ -69,7 +69,7 @@ def brute_force(grid, poses, outcome, visit_start, weights):
 @pytest.mark.parametrize("area", [Disc(30.0), Rectangle(80.0, 40.0)], ids=["disc", "rectangle"])
 def test_the_posterior_is_the_product_averaged_over_all_shifts(area):
     draw = np.random.default_rng(4)
-    grid = soft_grid(replace(ROBOT, area=area), ReferenceError(12.0, 0.01, 5.0), 12.0, 1.0)
+    grid = soft_grid(replace(ROBOT, area=area), ReferenceDrift(12.0, 0.01, 5.0), 12.0, 1.0)
     poses = np.column_stack([draw.uniform(-50, 50, (12, 2)), draw.uniform(-3, 3, 12)])
     outcome = draw.integers(0, 3, 12)
     visit_start, weights = np.array([0, 5, 8, 12]), np.array([1.0, 0.7, 0.4])
@@ -92,22 +92,22 @@ def silent(grid, outcome):
 
 def test_silence_is_weaker_evidence_where_another_tag_answered():
     """Exactly known pose and place: the field over the tag is read with 0.95, and shared by two with half of that."""
-    grid = soft_grid(ROBOT, ReferenceError(0.0, 0.0, 1.0), 1.0, 1.0)
+    grid = soft_grid(ROBOT, ReferenceDrift(0.0, 0.0, 1.0), 1.0, 1.0)
     assert math.exp(silent(grid, NOTHING)) == pytest.approx(0.05, rel=1e-3)
     assert math.exp(silent(grid, ANOTHER)) == pytest.approx(1.0 - 0.95 / 2, rel=1e-3)
 
 
 def test_where_all_tags_answer_another_one_changes_nothing():
     reads = ReadModel(read_probability=0.95, answers="all")
-    grid = soft_grid(replace(ROBOT, reads=reads), ReferenceError(0.0, 0.0, 1.0), 1.0, 1.0)
+    grid = soft_grid(replace(ROBOT, reads=reads), ReferenceDrift(0.0, 0.0, 1.0), 1.0, 1.0)
     assert silent(grid, ANOTHER) == silent(grid, NOTHING)
 
 
 def test_visits_at_one_moment_count_once():
-    grid = soft_grid(ROBOT, ReferenceError(20.0, 0.0, 10.0), 30.0, 1.0)
+    grid = soft_grid(ROBOT, ReferenceDrift(20.0, 0.0, 10.0), 30.0, 1.0)
     poses, outcome = np.array([[15.0, 0.0, 0.0]] * 3), np.full(3, READ)
     once = posterior(grid, poses[:1], outcome[:1], np.array([0, 1]), np.ones(1))
-    weights = ReferenceError(20.0, 0.0, 10.0).visit_weights(np.array([0.0, 1e-9, 2e-9]))
+    weights = ReferenceDrift(20.0, 0.0, 10.0).visit_weights(np.array([0.0, 1e-9, 2e-9]))
     thrice = posterior(grid, poses, outcome, np.array([0, 1, 2, 3]), weights)
     assert thrice.covariance_mm2 == pytest.approx(once.covariance_mm2, rel=1e-4, abs=1e-3)
     far_apart = posterior(grid, poses, outcome, np.array([0, 1, 2, 3]), np.ones(3))
@@ -116,7 +116,7 @@ def test_visits_at_one_moment_count_once():
 
 @pytest.mark.parametrize(("pose_mm", "prior_mm"), [(200.0, 2.0), (1000.0, 1000.0), (0.0, 0.1), (0.0, 1000.0)])
 def test_windows_stay_small(pose_mm, prior_mm):
-    grid = soft_grid(ROBOT, ReferenceError(pose_mm, 0.0, 10.0), prior_mm, 1.0)
+    grid = soft_grid(ROBOT, ReferenceDrift(pose_mm, 0.0, 10.0), prior_mm, 1.0)
     assert len(grid.prior.logs) + grid.taps.size - 1 <= 406
     found = posterior(grid, np.zeros((1, 3)), np.array([READ]), np.array([0, 1]), np.ones(1))
     assert np.all(np.linalg.eigvalsh(found.covariance_mm2) > 0.0)
@@ -124,10 +124,10 @@ def test_windows_stay_small(pose_mm, prior_mm):
 
 def test_a_reference_that_is_far_too_coarse_is_refused():
     with pytest.raises(ValueError, match="pose_mm is 1000"):
-        soft_grid(ROBOT, ReferenceError(1000.0, 0.0, 10.0), 2.0, 1.0)
+        soft_grid(ROBOT, ReferenceDrift(1000.0, 0.0, 10.0), 2.0, 1.0)
 
 
 @pytest.mark.parametrize("prior_mm", [0.0, -1.0, math.nan, 1e6])
 def test_a_prior_out_of_bounds_is_refused(prior_mm):
     with pytest.raises(ValueError, match="prior_mm"):
-        soft_grid(ROBOT, ReferenceError(), prior_mm, 1.0)
+        soft_grid(ROBOT, ReferenceDrift(), prior_mm, 1.0)

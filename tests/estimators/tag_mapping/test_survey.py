@@ -7,7 +7,7 @@ import pytest
 
 from rfiddesign.catalog import antenna
 from rfiddesign.design import Design
-from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceError
+from rfiddesign.estimators.tag_mapping.soft_grid import ReferenceDrift
 from rfiddesign.estimators.tag_mapping.survey import DEAD, FOUND, MISPLACED, SWAPPED, UNSEEN, survey_tags
 from rfiddesign.floor import rectangle_floor
 from rfiddesign.geometry import make_layout, make_pattern
@@ -20,7 +20,7 @@ from rfiddesign.simulation.survey_drive import SurveyPlan, SurveyRobot, drive_la
 CROSS = make_layout({"kind": "cross", "name": "cross-4", "readers_per_arm": 1, "first_mm": 210.0})
 FLOOR = rectangle_floor(1800.0, 1600.0, 250.0)
 READS = ReadModel(read_probability=0.98, polling="staggered")
-REFERENCE = ReferenceError(20.0, 0.005, 10.0)
+REFERENCE = ReferenceDrift(20.0, 0.005, 10.0)
 
 
 def design_of(layout=CROSS, tags_per_m2=25.0):
@@ -68,7 +68,7 @@ def test_covariances_are_as_large_as_errors(ten_passes):
 
 def test_a_survey_that_takes_correlated_passes_for_independent_ones_claims_too_much():
     """The reference's error lasts for the whole survey; who believes that it is new every second is wrong."""
-    design, lasting, brief = design_of(), ReferenceError(20.0, 0.0, 3000.0), ReferenceError(20.0, 0.0, 1.0)
+    design, lasting, brief = design_of(), ReferenceDrift(20.0, 0.0, 3000.0), ReferenceDrift(20.0, 0.0, 1.0)
     ratios = {lasting: [], brief: []}
     for seed in range(4):
         laid = lay_floor(design.pattern.lay(FLOOR.drivable), LayingFaults(20.0), seed)
@@ -86,7 +86,7 @@ def test_the_residual_falls_with_the_square_root_of_passes():
     """Where errors of the reference are new at each pass and the prior hardly helps."""
     residual = {}
     for passes in (3, 12):
-        reference = ReferenceError(20.0, 0.0, 3.0)
+        reference = ReferenceDrift(20.0, 0.0, 3.0)
         errors = [errors_of(*surveyed(LayingFaults(40.0), seed, reference, passes=passes))[0] for seed in range(2)]
         residual[passes] = np.sqrt(np.mean(np.concatenate(errors) ** 2))
     assert 1.6 < residual[3] / residual[12] < 2.5
@@ -184,6 +184,23 @@ def test_a_survey_tells_how_well_a_floor_was_laid_whatever_was_declared(laid_to)
         found = survey_tags(log, Robot.of(design, READS), laid.nominal_mm, declared, REFERENCE)
         assert found.laid_mm == pytest.approx(laid_to, rel=0.35)
         assert found.is_as_declared == (declared == laid_to)
+
+
+def test_a_well_laid_floor_is_not_doubted_for_lying_too_well():
+    """Of 0.5 mm nothing is seen in the scatter of reads, which is said too large where the reference is good."""
+    _, found = surveyed(LayingFaults(0.5), reference=ReferenceDrift(1.0, 0.001, 10.0), passes=4)
+    assert found.is_as_declared
+    assert found.laid_mm < 2.0 * found.scatter_mm
+
+
+def test_a_log_without_a_read_of_a_planned_tag_is_refused():
+    design = design_of()
+    laid = lay_floor(design.pattern.lay(FLOOR.drivable), LayingFaults(5.0), 2)
+    log = drive_survey(SurveyRobot(design, World(reads=READS), REFERENCE), FLOOR, laid, SurveyPlan(passes=1), 2).log
+    strangers = replace(log, read_tag=log.read_tag + 1_000_000)
+    told = f"log: no read of a planned tag; {len(log.read_tag):,} reads of ids that the plan does not have"
+    with pytest.raises(ValueError, match=told):
+        survey_tags(strangers, Robot.of(design, READS), laid.nominal_mm, 5.0, REFERENCE)
 
 
 def test_reads_of_unknown_tags_are_counted_and_left_out():
