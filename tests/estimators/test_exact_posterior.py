@@ -120,6 +120,7 @@ def test_the_histogram_agrees_with_the_kalman_filter_where_both_are_exact():
 
 
 @pytest.mark.parametrize("likelihood", [GAUSSIAN, COMBINATION], ids=["gaussian", "combination"])
+@pytest.mark.slow
 def test_100_000_particles_agree_with_the_exact_posterior_within_3_standard_errors(likelihood):
     n = 25
     means = mcl_means(likelihood, 100_000, n)

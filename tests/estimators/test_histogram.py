@@ -71,6 +71,7 @@ def test_without_reads_mean_and_covariance_are_those_of_the_noise_over_200_steps
     assert histogram.share_lost(state) < 1e-4
 
 
+@pytest.mark.slow
 def test_position_and_heading_are_correlated_as_in_100_000_drawn_drives():
     motion, n, m = OmnidirectionalMotion(20.0, 30.0, 0.1), 150, 100_000
     increments = np.tile([8.0, 0.0, 0.004], (n, 1))

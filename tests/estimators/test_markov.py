@@ -174,6 +174,7 @@ def test_errors_stay_within_what_the_filter_believes_of_them_where_its_model_is_
     assert 0.7 < np.mean(heading) < (1.8 if corrects_heading else 1.3)
 
 
+@pytest.mark.slow
 def test_places_make_odometry_better_and_headings_make_places_better():
     """The paper's figure 5: tags 500 mm apart, an antenna of 100 mm radius at the centre of a robot with two wheels."""
     rng, motion, errors = np.random.Generator(np.random.PCG64(9)), DifferentialMotion(), []

@@ -41,6 +41,7 @@ def test_lines_turn_with_their_leg():
     assert back == pytest.approx(straight, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_bends_get_single_tags_besides_and_lines_cost_more():
     routes = (np.array([[0.0, 0.0], [1500.0, 0.0], [1900.0, 300.0], [1900.0, 1800.0]]),)
     free = place_tags(routes, CROSS, AREA, PlacementRules(n_search_rounds=1000))
