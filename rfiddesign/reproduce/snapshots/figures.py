@@ -16,6 +16,8 @@ from rfiddesign.simulation.snapshot_run import SnapshotTrace, localize, train
 # The drive that is drawn: of world 1, with as many cycles.
 _DRAWN_CYCLES = 2
 _READS_CELL_MM = 100.0
+# Marks of an axis of errors [m].
+_ERRORS_M = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 
 
 def figures_of(loaded: Reproduction, errors: Errors) -> dict[str, Figure]:
@@ -60,7 +62,10 @@ def k_prime_figure(errors: Errors) -> Figure:
     axes.set_xticks(range(len(CYCLES)), [str(n) for n in CYCLES])
     axes.set_xlabel("cycles N of a snapshot")
     axes.set_ylabel("mean error of a run [m]")
-    axes.set_ylim(0)
+    # A robot that was lost is metres off: on a linear axis it would hide all the others.
+    axes.set_yscale("log")
+    axes.set_yticks(_ERRORS_M, [f"{error:g}" for error in _ERRORS_M])
+    axes.minorticks_off()
     axes.legend(ncols=len(K_PRIMES), loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
 
