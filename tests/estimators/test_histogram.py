@@ -24,6 +24,9 @@ from rfiddesign.simulation import Scenario, World
 from rfiddesign.simulation.record import record
 from rfiddesign.simulation.run import key_of, true_poses
 
+# Minutes of compiling and of references.
+pytestmark = pytest.mark.slow
+
 DT = 0.05
 STILL = OmnidirectionalMotion(0.0, 0.0, 0.0)
 CENTRED = listed([(0.0, 0.0, 0.0)])
