@@ -208,5 +208,6 @@ def controller_set(n_channels: int, controllers: tuple[tuple[int, Price], ...]) 
 
 
 def line_of(group: str, item: str, quantity: Decimal, unit: str, price: Price) -> CostLine:
+    """A line of a cost table: `quantity` pieces (or `unit`s) at a price, rounded half up to cents."""
     amount = (quantity * price.amount * CENTS_PER_UNIT).quantize(Decimal(1), ROUND_HALF_UP)
     return CostLine(group, item, quantity, unit, price.amount, int(amount), price.source)

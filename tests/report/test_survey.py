@@ -156,6 +156,8 @@ def test_figures_of_any_floor_can_be_drawn(floor, tmp_path):
     for picture in survey_pictures(a_record(floor)):
         with in_style():
             picture.figure.savefig(tmp_path / "figure.png", dpi=40)
+        assert picture.figure.axes
+        assert all(axes.has_data() for axes in picture.figure.axes)
 
 
 def test_ellipses_have_the_shape_of_the_covariances():
