@@ -1,15 +1,11 @@
-"""The hall of a study with shelves, and the price list of what is put on them."""
+"""The hall of a study with shelves."""
 
-from decimal import Decimal
 from pathlib import Path
 
-from rfiddesign.cost import Price, ShelfPrices
 from rfiddesign.floor.scene import Scene
 from rfiddesign.floor.scenes import warehouse
 from rfiddesign.study.checked import checked
 from rfiddesign.study.config import StudyFile
-from rfiddesign.study.price_config import PriceEntry, ShelfPriceFile
-from rfiddesign.study.toml_file import read_toml, validate
 
 
 def hall_of(path: Path, file: StudyFile, tags_per_m: float | None = None) -> Scene:
@@ -29,28 +25,3 @@ def hall_of(path: Path, file: StudyFile, tags_per_m: float | None = None) -> Sce
             tags_per_m=density, footprint_mm=file.robot.footprint_radius_mm, heights=tuple(section.tag_heights_mm),
         ),
     )  # fmt: skip
-
-
-def shelf_prices_of(path: Path, file: StudyFile) -> ShelfPrices | None:
-    """The price list of a study's shelf designs; None if it has no shelves."""
-    if file.shelves is None:
-        return None
-    place = path.parent / file.shelves.prices
-    listed = validate(ShelfPriceFile, read_toml(place, Decimal), place)
-    robot, tag, training = listed.per_robot, listed.per_tag, listed.training
-    return ShelfPrices(
-        currency=listed.currency,
-        reader=_price(robot.reader),
-        antenna=_price(robot.antenna),
-        cabling=_price(robot.cabling),
-        tag=_price(tag.tag),
-        attaching=_price(tag.attaching),
-        training_minute=_price(training.minute),
-        localizer_day=_price(training.localizer_day),
-        localizer_setup=_price(training.localizer_setup),
-        project=_price(listed.per_project),
-    )
-
-
-def _price(entry: PriceEntry) -> Price:
-    return Price(entry.price, entry.source)

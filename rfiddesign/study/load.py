@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import shapely
 from shapely.geometry import Polygon
 
 from rfiddesign.catalog import Reader, antenna, antennas, reader
-from rfiddesign.cost import Price, PriceList, ShelfPrices
+from rfiddesign.cost import PriceList, ShelfPrices
 from rfiddesign.design import Design
 from rfiddesign.errors import StudyError
 from rfiddesign.floor import Floor, MapThresholds, floor_from_map, read_ros_map, rectangle_floor
@@ -23,10 +22,10 @@ from rfiddesign.study.checked import checked as _checked
 from rfiddesign.study.config import FloorSection, RequirementSection, StudyFile
 from rfiddesign.study.criteria import BASE, Criteria, further_limit
 from rfiddesign.study.estimators import estimators_of, world_of
-from rfiddesign.study.hall import hall_of, shelf_prices_of
+from rfiddesign.study.hall import hall_of
 from rfiddesign.study.overrides import apply_overrides, resolved, with_values
 from rfiddesign.study.placements import placed_layout, placement_problem
-from rfiddesign.study.price_config import PriceEntry, PriceFile
+from rfiddesign.study.price_lists import price_list, shelf_price_list
 from rfiddesign.study.routes import drive_of, is_on_routes, route_patterns
 from rfiddesign.study.scenarios_config import CHANGEABLE, FurtherScenario
 from rfiddesign.study.toml_file import read_toml, validate
@@ -113,9 +112,8 @@ def study_of(path: Path, data: dict[str, Any]) -> Study:
     for factor in file.search.limit_factors:
         _checked(path, "search.limit_factors", lambda factor=factor: requirement.scaled(factor))
     further = tuple((scenario.name, _in_scenario(path, data, scenario)) for scenario in file.scenarios)
-    study = Study(
-        path, file, _price_list(path.parent / file.prices), requirement, (), further, shelf_prices_of(path, file)
-    )
+    shelf_prices = None if file.shelves is None else shelf_price_list(path.parent / file.shelves.prices)
+    study = Study(path, file, price_list(path.parent / file.prices), requirement, (), further, shelf_prices)
     _check_names(study)
     return study
 
@@ -318,24 +316,3 @@ def _requirement(section: RequirementSection) -> Requirement:
 
 def _pattern(study: Study, key: str, kind: str, **density: float | None) -> TagPattern:
     return _checked(study.path, key, lambda: make_pattern(kind, seed=study.file.seed, **density))
-
-
-def _price_list(path: Path) -> PriceList:
-    file = validate(PriceFile, read_toml(path, Decimal), path)
-    robot, tag, square_metre = file.per_robot, file.per_tag, file.per_m2
-    return PriceList(
-        currency=file.currency,
-        reader=_price(robot.reader),
-        antennas=tuple((name, _price(entry)) for name, entry in robot.antenna.items()),
-        controllers=tuple((entry.channels, _price(entry)) for entry in robot.controller),
-        cabling=_price(robot.cabling),
-        tag=_price(tag.tag),
-        tag_laying=_price(tag.laying),
-        covering_per_m2=_price(square_metre.covering),
-        survey_per_m2=_price(square_metre.survey),
-        project=_price(file.per_project),
-    )
-
-
-def _price(entry: PriceEntry) -> Price:
-    return Price(entry.price, entry.source)
