@@ -14,7 +14,7 @@ from rfiddesign.geometry.lattice import Lattice
 from rfiddesign.geometry.layouts import ReaderLayout
 from rfiddesign.geometry.patterns import TagPattern
 from rfiddesign.geometry.sampled_coverage import sampled_levels
-from rfiddesign.geometry.symmetry import heading_sector, reduced_basis
+from rfiddesign.geometry.symmetry import heading_sector
 
 #: Averages over headings are refined until trebling their number moves no result by more than this, of which less than
 #: a third remains as error; scanlines need room for an error of their own.
@@ -110,7 +110,7 @@ def coverage_by_heading(
     """
     headings = np.ascontiguousarray(headings, dtype=np.float64)
     poses = layout.poses_mm
-    a, b = basis = reduced_basis(lattice)
+    a, b = basis = lattice.reduced_basis_mm
     if -float(area.signed_distance(np.zeros(2))) >= np.hypot(*basis.T).sum():
         # The corners of the cell around an antenna's centre are all in its view, wherever it is.
         n = layout.n_readers

@@ -19,7 +19,7 @@ from rfiddesign.geometry.areas import DetectionArea
 from rfiddesign.geometry.coverage import GOLDEN_RATIO
 from rfiddesign.geometry.layouts import ReaderLayout
 from rfiddesign.geometry.patterns import ListedPattern, TagPattern
-from rfiddesign.geometry.symmetry import lattice_order, reduced_basis
+from rfiddesign.geometry.symmetry import lattice_order
 from rfiddesign.geometry.travel import Row, Travel, free_lanes, like_heading, rotated, travel
 
 N_OBLIQUE = 6
@@ -187,7 +187,7 @@ def _starts(robot: Travel, direction: float, row: Row | None) -> NDArray:
     if robot.lattice is None or robot.pattern.lattice is None:
         return np.stack([np.zeros(OBLIQUE_LANES), FLOOR_WIDTH * _midpoints(OBLIQUE_LANES)], axis=-1)
     shares = np.stack([_midpoints(OBLIQUE_LANES), np.arange(OBLIQUE_LANES) * GOLDEN_RATIO % 1.0], axis=-1)
-    return shares @ rotated(reduced_basis(robot.lattice), -direction)
+    return shares @ rotated(robot.lattice.reduced_basis_mm, -direction)
 
 
 def _tags_along(robot: Travel, direction: float, starts: NDArray, length: float) -> tuple[NDArray, NDArray]:

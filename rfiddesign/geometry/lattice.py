@@ -50,12 +50,22 @@ class Lattice:
         return abs(ax * by - ay * bx)
 
     @property
+    def reduced_basis_mm(self) -> NDArray[np.float64]:
+        """Basis (2, 2) [mm] of the same points (Gauss): the shortest a, the shortest b beside it, turning left."""
+        a, b = (np.array(vector, dtype=np.float64) for vector in self.basis_mm)
+        while True:
+            if a @ a > b @ b:
+                a, b = b, a
+            steps = float(a @ b) / float(a @ a)
+            # At half a step, as in a triangular lattice, b and b - a are as long: rounding must not send b to and fro.
+            if abs(steps) <= 0.5 + 1e-9:
+                return np.stack([a, b if a[0] * b[1] > a[1] * b[0] else -b])
+            b = b - round(steps) * a
+
+    @property
     def min_distance_mm(self) -> float:
-        """Distance [mm] between a point and the next: the shorter vector of the reduced basis (Gauss)."""
-        short, long = sorted(np.asarray(self.basis_mm, dtype=np.float64), key=np.linalg.norm)
-        while (whole := np.round(short @ long / (short @ short))) != 0:
-            short, long = sorted((short, long - whole * short), key=np.linalg.norm)
-        return float(np.linalg.norm(short))
+        """Distance [mm] between a point and the next: the shorter vector of the reduced basis."""
+        return float(np.linalg.norm(self.reduced_basis_mm[0]))
 
     def at(self, indices: ArrayLike) -> NDArray[np.float64]:
         """Return the points (..., 2) [mm] with indices (..., 2), i and j."""

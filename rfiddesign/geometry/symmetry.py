@@ -33,27 +33,15 @@ class Sector:
         return self.start_rad + self.width_rad * (np.arange(n) + 0.5) / n
 
 
-def reduced_basis(lattice: Lattice) -> NDArray[np.float64]:
-    """Return a basis (2, 2) [mm] of the same lattice: the shortest vector a, the shortest b beside it, turning left."""
-    a, b = (np.array(vector, dtype=np.float64) for vector in lattice.basis_mm)
-    while True:
-        if a @ a > b @ b:
-            a, b = b, a
-        steps = round(float(a @ b) / float(a @ a))
-        if steps == 0:
-            return np.stack([a, b if a[0] * b[1] > a[1] * b[0] else -b])
-        b = b - steps * a
-
-
 def lattice_order(lattice: Lattice) -> int:
     """Return how many turns map the lattice onto itself: 4 if square, 6 if triangular, else 2."""
-    basis = reduced_basis(lattice)
+    basis = lattice.reduced_basis_mm
     return next((order for order in (6, 4) if _is_lattice_mapped(basis, _rotation(2 * math.pi / order))), 2)
 
 
 def lattice_mirror(lattice: Lattice) -> float | None:
     """Return the direction [rad] of a mirror axis of the lattice, or None."""
-    a, b = basis = reduced_basis(lattice)
+    a, b = basis = lattice.reduced_basis_mm
     for axis in (a, b, a + b, a - b):
         direction = math.atan2(axis[1], axis[0])
         if _is_lattice_mapped(basis, _reflection(direction)):

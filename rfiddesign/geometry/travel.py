@@ -13,7 +13,7 @@ from rfiddesign.geometry.coverage import outline_edges
 from rfiddesign.geometry.lattice import Lattice
 from rfiddesign.geometry.layouts import ReaderLayout
 from rfiddesign.geometry.patterns import TagPattern, ThinnedPattern
-from rfiddesign.geometry.symmetry import is_layout_mirrored, lattice_mirror, lattice_order, reduced_basis
+from rfiddesign.geometry.symmetry import is_layout_mirrored, lattice_mirror, lattice_order
 
 #: No more rows than these, the ones farthest apart, are looked at.
 MAX_ROWS = 200
@@ -85,7 +85,7 @@ def travel(layout: ReaderLayout, area: DetectionArea, pattern: TagPattern, cours
 
 def lattice_rows(lattice: Lattice, wider_than: float) -> tuple[Row, ...]:
     """Return the rows of a lattice that are farther apart than `wider_than` [mm], the farthest apart first."""
-    a, b = reduced_basis(lattice)
+    a, b = lattice.reduced_basis_mm
     cell = lattice.cell_area_mm2
     n_a, n_b = (min(math.floor(math.hypot(*vector) / wider_than), MAX_ROWS) for vector in (b, a))
     i, j = (axis.ravel() for axis in np.meshgrid(np.arange(-n_a, n_a + 1), np.arange(n_b + 1)))

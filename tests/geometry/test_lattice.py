@@ -154,3 +154,25 @@ def test_smallest_distances_known_by_hand(basis, distance):
         # (33, 44.5) - (30, 40) = (3, 4.5), and ten times that less (30, 40) = (0, 5).
         distance = math.hypot(3.0, 0.5)
     assert Lattice(basis).min_distance_mm == pytest.approx(distance)
+
+
+@given(st.floats(0, 2 * math.pi), st.floats(1, 500))
+def test_a_turned_triangular_lattice_has_a_reduced_basis(turn, pitch):
+    """Two of its vectors are as long, and rounding once sent the reduction from one to the other for ever."""
+    directions = turn, turn + math.pi / 3
+    basis = Lattice(tuple((pitch * math.cos(at), pitch * math.sin(at)) for at in directions)).reduced_basis_mm
+    assert np.linalg.norm(basis, axis=1) == pytest.approx(pitch)
+    assert np.linalg.det(basis) == pytest.approx(pitch**2 * math.sqrt(0.75))
+
+
+@given(lattices())
+def test_no_vector_of_a_lattice_is_shorter_than_the_first_of_its_reduced_basis(lattice):
+    a, b = lattice.reduced_basis_mm
+    assert np.linalg.det([a, b]) == pytest.approx(lattice.cell_area_mm2)
+    i, j = np.meshgrid(np.arange(-3, 4), np.arange(-3, 4))
+    indices = np.stack([i.ravel(), j.ravel()], axis=-1)[np.any([i.ravel(), j.ravel()], axis=0)]
+    lengths = np.linalg.norm(lattice.at(indices) - lattice.origin_mm, axis=1)
+    shortest = np.linalg.norm(a)
+    assert shortest <= lengths.min() + 1e-9
+    assert shortest <= np.linalg.norm(b) <= np.linalg.norm(b - a) + 1e-6
+    assert np.linalg.norm(b) <= np.linalg.norm(b + a) + 1e-6

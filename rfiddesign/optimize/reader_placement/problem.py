@@ -11,7 +11,7 @@ from rfiddesign.catalog import Antenna
 from rfiddesign.geometry import Disc, TagPattern
 from rfiddesign.geometry.lattice import Lattice
 from rfiddesign.geometry.mounting import TOLERANCE_MM
-from rfiddesign.geometry.symmetry import lattice_order, reduced_basis
+from rfiddesign.geometry.symmetry import lattice_order
 
 #: Directions of travel against the robot's heading [rad]; None: it turns on the spot, to the left.
 MOTIONS: dict[str, float | None] = {"forward": 0.0, "sideways": math.pi / 2, "turning": None}
@@ -82,7 +82,7 @@ class PlacementProblem:
     @property
     def basis(self) -> NDArray[np.float64]:
         """Reduced basis (2, 2) of the lattice [mm]."""
-        return reduced_basis(self.lattice)
+        return self.lattice.reduced_basis_mm
 
     @property
     def sector_rad(self) -> float:
