@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-# Property tests draw the same examples on every machine and take the time they need; half of hypothesis' own number, or
-# the default run would take longer than it may.
-settings.register_profile("repeatable", deadline=None, derandomize=True, max_examples=50)
+# Property tests draw the same examples on every machine and take the time they need.
+settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.load_profile("repeatable")
 
 

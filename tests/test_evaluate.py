@@ -161,7 +161,6 @@ def test_the_gap_is_the_ratio_of_mean_errors_on_the_same_runs():
     assert gap.ratio.stderr == pytest.approx(math.sqrt(variance) / b.mean())
 
 
-@pytest.mark.slow
 def test_the_paper_s_filter_has_a_gap_to_the_exact_one():
     """Findings 10: 4.0 mm against 2.7 with eight readers over 100 tags/m2; here from known starts, for two seconds."""
     gap = evaluate(a_design(), BRIEF, 6, seed=3, compare_to_exact=True).gap

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from rfiddesign.errors import StudyError
 from rfiddesign.reproduce.analyses import ANALYSES
@@ -12,6 +11,7 @@ from rfiddesign.reproduce.config import ReproductionFile
 from rfiddesign.reproduce.context import Context
 from rfiddesign.reproduce.measure import METRICS, Errors
 from rfiddesign.reproduce.measure import measure as measure_case
+from rfiddesign.reproduce.measured import Measured
 from rfiddesign.reproduce.progress import OnProgress, counter
 from rfiddesign.reproduce.reproduction import Reproduction
 from rfiddesign.reproduce.rows import Row, row_of
@@ -34,9 +34,7 @@ def prepared(loaded: Reproduction) -> Reproduction:
     return loaded
 
 
-def measure(
-    loaded: Reproduction, n_workers: int | None, on_progress: OnProgress, *, is_quick: bool
-) -> tuple[list[Row], dict[str, Figure]]:
+def measure(loaded: Reproduction, n_workers: int | None, on_progress: OnProgress, *, is_quick: bool) -> Measured:
     """Simulate the cases, and work out what the study's analysis adds; see `kinds.Kind`."""
     file = loaded.file
     errors: dict[tuple[str, str], Errors] = {}
@@ -55,7 +53,7 @@ def measure(
             rows.append(row_of(section.table, section.row, metric, values, published.get(metric)))
     context = Context(loaded, is_quick, n_workers, tuple(rows), errors, on_progress)
     more, figures = ANALYSES[file.analysis](context)
-    return [*rows, *more], figures
+    return Measured([*rows, *more], figures)
 
 
 def _times(loaded: Reproduction, is_quick: bool, on_progress: OnProgress) -> dict[tuple[str, str], float]:

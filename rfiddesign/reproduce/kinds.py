@@ -2,13 +2,11 @@
 
 from typing import Protocol
 
-from matplotlib.figure import Figure
-
 from rfiddesign.reproduce import floor_systems, snapshots, tag_mapping
 from rfiddesign.reproduce.config import FLOOR, ReproductionHead
+from rfiddesign.reproduce.measured import Measured
 from rfiddesign.reproduce.progress import OnProgress
 from rfiddesign.reproduce.reproduction import Reproduction
-from rfiddesign.reproduce.rows import Row
 
 
 class Kind(Protocol):
@@ -21,8 +19,8 @@ class Kind(Protocol):
 
     def measure(
         self, loaded: Reproduction, n_workers: int | None, on_progress: OnProgress, *, is_quick: bool
-    ) -> tuple[list[Row], dict[str, Figure]]:
-        """Every number, published or not, and the figures by name."""
+    ) -> Measured:
+        """Every number, published or not, the figures and what else is worth keeping."""
 
 
 KINDS: dict[str, Kind] = {

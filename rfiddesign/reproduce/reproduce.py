@@ -22,6 +22,7 @@ class Reproduced:
     rows : every number, published or not.
     claims : bounds of expected.toml, held against the numbers.
     figures : by name.
+    files : texts to be written beside them, by file name.
     """
 
     name: str
@@ -30,9 +31,10 @@ class Reproduced:
     rows: tuple[Row, ...]
     claims: tuple[Claim, ...]
     figures: dict[str, Figure]
+    files: dict[str, str]
 
     def as_json(self) -> dict[str, Any]:
-        """Everything but the figures as plain data."""
+        """Numbers and claims as plain data."""
         return {
             "study": self.name,
             "title": self.title,
@@ -57,9 +59,9 @@ def reproduce(
     on_progress : called with what is under way, how many of its runs are done and how many there are.
     """
     kind = KINDS[loaded.file.kind]
-    rows, figures = kind.measure(loaded, n_workers, on_progress or (lambda *_: None), is_quick=is_quick)
-    measured = {(row.table, row.row, row.metric): row.measured for row in rows}
+    found = kind.measure(loaded, n_workers, on_progress or (lambda *_: None), is_quick=is_quick)
+    measured = {(row.table, row.row, row.metric): row.measured for row in found.rows}
     claims = tuple(
         Claim(claim, measured.get((claim.table, claim.row, claim.metric))) for claim in loaded.expected.claims
     )
-    return Reproduced(loaded.name, loaded.file.title, is_quick, tuple(rows), claims, figures)
+    return Reproduced(loaded.name, loaded.file.title, is_quick, tuple(found.rows), claims, found.figures, found.files)

@@ -1,4 +1,4 @@
-"""What a reproduction leaves behind: its rows as JSON and CSV, its figures as PNG and SVG."""
+"""What a reproduction leaves behind: its rows as JSON and CSV, its figures as PNG and SVG, its files as they are."""
 
 import csv
 import io
@@ -15,10 +15,12 @@ ROWS, TABLE = "rows.json", "rows.csv"
 
 
 def write_reproduction(found: Reproduced, folder: Path) -> None:
-    """Write rows and figures into a folder; each file appears whole or not at all."""
+    """Write rows, figures and files into a folder; each file appears whole or not at all."""
     folder.mkdir(parents=True, exist_ok=True)
     write_text(folder / ROWS, json.dumps(found.as_json(), indent=1, allow_nan=False) + "\n")
     write_text(folder / TABLE, _csv(found))
+    for name, text in found.files.items():
+        write_text(folder / name, text)
     for name, figure in found.figures.items():
         write_figure(folder, name, figure, svg_of(figure, name))
 

@@ -115,7 +115,6 @@ def test_check_tells_people_once_per_antenna_that_patterns_are_too_dense(cli, ti
     ]
 
 
-@pytest.mark.slow
 def test_evaluate_tells_how_far_the_filter_is_from_the_exact_one(cli, tiny):
     arguments = ("evaluate", tiny, *CROSS_8, "--runs", "2", "--gap", "--set", "duration_s=2.0")
     found = object_of(cli(*arguments, "--json"))

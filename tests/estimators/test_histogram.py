@@ -24,9 +24,6 @@ from rfiddesign.simulation import Scenario, World
 from rfiddesign.simulation.record import record
 from rfiddesign.simulation.run import key_of, true_poses
 
-# Minutes of compiling and of references.
-pytestmark = pytest.mark.slow
-
 DT = 0.05
 STILL = OmnidirectionalMotion(0.0, 0.0, 0.0)
 CENTRED = listed([(0.0, 0.0, 0.0)])
@@ -74,7 +71,6 @@ def test_without_reads_mean_and_covariance_are_those_of_the_noise_over_200_steps
     assert histogram.share_lost(state) < 1e-4
 
 
-@pytest.mark.slow
 def test_position_and_heading_are_correlated_as_in_100_000_drawn_drives():
     motion, n, m = OmnidirectionalMotion(20.0, 30.0, 0.1), 150, 100_000
     increments = np.tile([8.0, 0.0, 0.004], (n, 1))

@@ -45,7 +45,6 @@ def test_there_is_a_notebook_on_coverage():
     assert FOLDER / "coverage.ipynb" in NOTEBOOKS
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("own_jupyter")
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_runs_and_every_figure_appears(path):

@@ -23,7 +23,6 @@ def laws(mean):
     }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", laws(0.25))
 def test_a_mean_at_the_limit_is_certified_at_most_at_alpha(law):
     alpha, test = 0.05, MeanTest(CRITERION, 1 / 0.05, 1 / 0.05, 400)
@@ -32,7 +31,6 @@ def test_a_mean_at_the_limit_is_certified_at_most_at_alpha(law):
     assert errors <= binom.ppf(0.999, N_TRIALS, alpha)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", laws(0.225))
 def test_a_mean_that_holds_is_refuted_at_most_at_alpha(law):
     alpha, test = 0.05, MeanTest(CRITERION, 1 / 0.05, 1 / 0.05, 400)

@@ -36,7 +36,6 @@ def test_margin_separates_the_alphas_from_what_the_unsplit_variant_does():
     assert most_errors_allowed(0.025) == 73
 
 
-@pytest.mark.slow
 def test_designs_below_p1_are_returned_at_most_at_alpha_certify():
     """Hardest: every design sits exactly at p1, so any winner is an error. Unsplit, the same test fails."""
     p1, n_designs = 0.90, 25
@@ -54,7 +53,6 @@ def test_designs_below_p1_are_returned_at_most_at_alpha_certify():
     assert errors > 5 * most_errors_allowed(unsplit.alpha_certify, n_few)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "holding", ["one at p0 below perfect ones", "all at p0", "p0 among designs in the zone, tied prices"]
 )
@@ -83,7 +81,6 @@ def test_cheaper_designs_that_hold_are_refuted_at_most_at_alpha_refute(holding):
     assert wrong_winner <= most_errors_allowed(plan.alpha_certify)
 
 
-@pytest.mark.slow
 def test_common_random_numbers_leave_the_error_rates_alone():
     """Run i meets all designs with the same luck, the extreme case: at p1 they all pass or all fail together."""
     plan = TestPlan(n_designs=5)

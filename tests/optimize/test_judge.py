@@ -50,7 +50,6 @@ def test_refuting_pays_for_the_number_of_criteria_and_certifying_does_not():
     assert two.certify_threshold == one.certify_threshold
 
 
-@pytest.mark.slow
 def test_a_design_that_fails_one_criterion_is_certified_at_most_at_alpha():
     """Hardest: it passes every other criterion for certain, and sits at the limit of the one it fails."""
     plan, rng, n_trials = TestPlan(n_designs=1, alpha_certify=0.05, max_runs=300, criteria=(SHARE, LOOSE)), None, 2000
@@ -62,7 +61,6 @@ def test_a_design_that_fails_one_criterion_is_certified_at_most_at_alpha():
     assert errors <= binom.ppf(0.999, n_trials, 0.05)
 
 
-@pytest.mark.slow
 def test_a_design_that_holds_in_all_is_refuted_at_most_at_alpha():
     plan, rng, n_trials = TestPlan(n_designs=1, alpha_refute=0.05, max_runs=300, criteria=(SHARE, LOOSE)), None, 2000
     rng = np.random.default_rng(5)

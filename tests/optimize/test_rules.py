@@ -117,7 +117,6 @@ def test_designs_ruled_out_by_assumption_are_told_apart_and_spare_their_runs():
     assert without.claim == "certified, stopped by budget"  # what is claimed rests on the assumptions
 
 
-@pytest.mark.slow
 def test_true_assumptions_rule_out_a_design_that_holds_at_most_at_alpha():
     """Hardest: all designs sit at p0, so that any of them ruled out, by any other, is an error."""
     plan, n_studies = TestPlan(n_designs=9, max_runs=300), 1000

@@ -124,7 +124,6 @@ def test_withheld_numbers_are_predictions(name, table, withheld):
         assert any(row.published is not None for row in quick(name).rows)
 
 
-@pytest.mark.slow
 def test_multireader_mcl_comes_close_to_table_2_and_needs_reinitialization_in_table_3():
     assert number(HF, "table 2", "all", "rms_ln_ratio") < 0.28
     for model in MODELS:
@@ -143,7 +142,6 @@ def test_multireader_mcl_comes_close_to_table_2_and_needs_reinitialization_in_ta
             assert dense < middle < sparse
 
 
-@pytest.mark.slow
 def test_the_combination_model_wins_in_a_range_of_sigmas_and_fast_robots_collect_less_noise():
     for table in ("table 2", "table 4"):
         for density in ("400", "100"):
@@ -158,7 +156,6 @@ def test_the_combination_model_wins_in_a_range_of_sigmas_and_fast_robots_collect
     assert speeds == sorted(speeds, reverse=True)
 
 
-@pytest.mark.slow
 def test_kalman_filters_on_the_navifloor_rank_as_published_on_that_path_and_rssi_helps_on_any():
     rmse = {row: number(NAVIFLOOR, "table II", row, "rmse_mm") for row in ROWS[NAVIFLOOR]["table II"]}
     assert 35 < rmse["QEKF"] < 45
@@ -177,7 +174,6 @@ def test_kalman_filters_on_the_navifloor_rank_as_published_on_that_path_and_rssi
     assert set(quick(NAVIFLOOR).figures) == {"paths", "rmse"}
 
 
-@pytest.mark.slow
 def test_markov_localization_beats_odometry_and_with_the_heading_corrected_itself():
     odometry, position, heading = (
         number(SMART_FLOOR, "figure 5", row, "position_mm") for row in ("odometry", "X-Y", "X-Y-theta")
@@ -197,7 +193,6 @@ def test_markov_localization_beats_odometry_and_with_the_heading_corrected_itsel
     assert set(quick(SMART_FLOOR).figures) == {"figure-5", "chance-of-a-read"}
 
 
-@pytest.mark.slow
 def test_published_systems_err_in_their_order():
     def mean(row, metric="position_mm"):
         return number(SYSTEMS, "table 1", row, metric)

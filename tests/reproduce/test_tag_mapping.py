@@ -58,6 +58,19 @@ def test_every_number_that_the_paper_prints_has_a_row_and_every_claim_a_number()
     assert set(found().figures) == {"line", "posterior", "office"}
 
 
+def test_the_map_of_the_office_is_kept_with_covariances():
+    header, *lines = found().files["tag_map.csv"].splitlines()
+    assert header == "tag,x_mm,y_mm,var_x_mm2,cov_xy_mm2,var_y_mm2,n_reads"
+    values = np.array([[float(cell) for cell in line.split(",")] for line in lines])
+    file = small(load_reproduction(STUDY).file)
+    true, _ = lobes(fitted(file.mapping, file.office.paper), file.office.paper)
+    tags_mm = office.drive(file, true, file.office.quick_duration_s, 0).tags_mm
+    off = np.hypot(*(values[:, 1:3] - tags_mm[values[:, 0].astype(int)]).T)
+    assert len(values) > 20
+    assert np.median(off) < 300
+    assert (values[:, 3] * values[:, 5] > values[:, 4] ** 2).all()
+
+
 def test_the_adaptive_model_gains_where_the_tag_is_near_and_neither_does_after_the_turn():
     gains = [number("line", f"L={offset}", "gain_cm") for offset in (20, 40, 80)]
     assert gains == sorted(gains, reverse=True)

@@ -1,10 +1,10 @@
 """The kind "snapshots": localization by RFID snapshots in simulated worlds (uhf_snapshots)."""
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from rfiddesign.errors import StudyError
 from rfiddesign.models.uhf import UhfField
+from rfiddesign.reproduce.measured import Measured
 from rfiddesign.reproduce.progress import OnProgress, counter
 from rfiddesign.reproduce.reproduction import Reproduction
 from rfiddesign.reproduce.rows import Row, unit_of
@@ -36,9 +36,7 @@ def prepared(loaded: Reproduction) -> Reproduction:
     return loaded
 
 
-def measure(
-    loaded: Reproduction, n_workers: int | None, on_progress: OnProgress, *, is_quick: bool
-) -> tuple[list[Row], dict[str, Figure]]:
+def measure(loaded: Reproduction, n_workers: int | None, on_progress: OnProgress, *, is_quick: bool) -> Measured:
     """Simulate all data sets; see `kinds.Kind`.  Timings come first, while nothing else runs."""
     file, published = loaded.file, loaded.expected.published
     on_progress("timing the look-up table", 0, 1)
@@ -71,7 +69,7 @@ def measure(
         ]
     rows += _leads(errors)
     rows.sort(key=lambda row: row.table)
-    return rows + times, figures_of(loaded, errors)
+    return Measured(rows + times, figures_of(loaded, errors))
 
 
 def _leads(errors: Errors) -> list[Row]:

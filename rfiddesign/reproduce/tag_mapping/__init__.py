@@ -1,18 +1,19 @@
 """A kind of reproduction: tags mapped by robots whose poses are known (tag_mapping_adaptive_likelihood)."""
 
-from matplotlib.figure import Figure
-
 from rfiddesign.errors import StudyError
+from rfiddesign.reproduce.measured import Measured
 from rfiddesign.reproduce.progress import OnProgress
 from rfiddesign.reproduce.reproduction import Reproduction
-from rfiddesign.reproduce.rows import Row
 from rfiddesign.reproduce.tag_mapping import figures, line, models, office
 from rfiddesign.reproduce.tag_mapping.config import TagMappingFile
+from rfiddesign.results.mapped_tags import mapped_tags_csv
 from rfiddesign.study.checked import checked
 
 __all__ = ["File", "measure", "prepared"]
 
 File = TagMappingFile
+#: Tags of the office's first drive.
+TAG_MAP = "tag_map.csv"
 
 
 def prepared(loaded: Reproduction) -> Reproduction:
@@ -28,9 +29,7 @@ def prepared(loaded: Reproduction) -> Reproduction:
     return loaded
 
 
-def measure(
-    loaded: Reproduction, n_workers: int | None, on_progress: OnProgress, *, is_quick: bool
-) -> tuple[list[Row], dict[str, Figure]]:
+def measure(loaded: Reproduction, n_workers: int | None, on_progress: OnProgress, *, is_quick: bool) -> Measured:
     """The line experiments and the office; see `kinds.Kind`.
 
     Raises
@@ -42,8 +41,10 @@ def measure(
     more, runs = checked(
         loaded.path, "office", lambda: office.measure(file, published, n_workers, on_progress, is_quick=is_quick)
     )
-    return [*rows, *more], {
+    drawn = {
         "line": figures.line_figure(file),
         "posterior": figures.posterior_figure(file),
         "office": figures.office_figure(file, runs),
     }
+    tag_map = office.first_map(file, is_quick=is_quick)
+    return Measured([*rows, *more], drawn, {TAG_MAP: mapped_tags_csv(tag_map)})

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rfiddesign.estimators.tag_mapping import by_field, by_reads
+from rfiddesign.floor.mapped_tags import MappedTags
 from rfiddesign.models.lobe import Lobe
 from rfiddesign.models.polls import Polls
 from rfiddesign.reproduce.progress import OnProgress, counter
@@ -15,6 +16,7 @@ from rfiddesign.reproduce.tag_mapping.models import (
     ADAPTIVE,
     FIXED,
     NAMES,
+    WITH_DISTANCES,
     field_models,
     fitted,
     lobes,
@@ -174,6 +176,15 @@ def measure(
         runs[table] = found
         rows += _rows(table, section, found, published.get(table, {}))
     return rows, runs
+
+
+def first_map(file: TagMappingFile, *, is_quick: bool) -> MappedTags:
+    """The tags that the first drive of the office with the paper's reader finds, by read field and distances."""
+    section = file.office
+    mapping = fitted(file.mapping, section.paper)
+    true, believed = lobes(mapping, section.paper)
+    polls = drive(file, true, section.quick_duration_s if is_quick else section.duration_s, 0).polls
+    return by_field.map_tags(field_models(mapping, believed)[WITH_DISTANCES], polls)
 
 
 def marks_mm(section: OfficeSection) -> np.ndarray:

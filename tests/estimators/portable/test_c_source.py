@@ -25,9 +25,6 @@ from rfiddesign.simulation.record import record_with
 from rfiddesign.simulation.run import PreparedDesign, key_of, prepare, start_of, true_poses
 from rfiddesign.simulation.scenario import Routes, Scenario, World
 
-# Minutes of compiling and of references.
-pytestmark = pytest.mark.slow
-
 GCC = shutil.which("gcc")
 needs_gcc = pytest.mark.skipif(GCC is None, reason="no gcc on this machine")
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wdouble-promotion", "-Werror", "-O1")
