@@ -11,7 +11,7 @@ from rfiddesign.evaluate import Gap, computing_time, evaluate
 from rfiddesign.floor import Floor
 from rfiddesign.optimize import Space, Unbuildable, unbuildable
 from rfiddesign.optimize.explore import Variables
-from rfiddesign.study.document import antenna_poses, blind_records, coverage_record
+from rfiddesign.study.design_document import antenna_poses, blind_records, coverage_record
 from rfiddesign.study.estimators import reference_of
 from rfiddesign.study.exploring import check_explore
 from rfiddesign.study.load import Study, check_tag_count, design_of, floor_of, scenario_of, space_of

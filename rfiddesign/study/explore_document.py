@@ -16,7 +16,7 @@ from rfiddesign.optimize.explore import (
 )
 from rfiddesign.optimize.explore.score import EXACT
 from rfiddesign.results import exploration as records
-from rfiddesign.study.document import rounded
+from rfiddesign.study.design_document import rounded
 from rfiddesign.study.exploring import Explored
 from rfiddesign.study.load import Study
 

@@ -11,7 +11,8 @@ from rfiddesign.optimize.tag_placement import TagPlacement, choose_tags, place_t
 from rfiddesign.results import folder as files
 from rfiddesign.results import routes as records
 from rfiddesign.study.candidates import Candidates
-from rfiddesign.study.document import decision_record, rounded
+from rfiddesign.study.design_document import rounded
+from rfiddesign.study.document import decision_record
 from rfiddesign.study.load import Study
 from rfiddesign.study.outcomes import StoredRuns
 from rfiddesign.study.pipeline import Answer, Fleet, price_design, search_fleet

@@ -24,7 +24,8 @@ from rfiddesign.study import claim
 from rfiddesign.study.budget import Budget
 from rfiddesign.study.candidates import Candidates, find_candidates
 from rfiddesign.study.certificate import certificate
-from rfiddesign.study.document import Findings, about, chosen_design, study_result, traces_record
+from rfiddesign.study.design_document import about, traces_record
+from rfiddesign.study.document import Findings, chosen_design, study_result
 from rfiddesign.study.exploration import Explorer, with_explored
 from rfiddesign.study.exploring import check_explore
 from rfiddesign.study.load import Study, floor_of, map_thresholds, scenario_of

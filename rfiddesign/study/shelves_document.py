@@ -15,7 +15,8 @@ from rfiddesign.results.shelves import FamilyAnswer, HallRecord, Shelves, Tested
 from rfiddesign.results.study_result import Limit, MeanRecord
 from rfiddesign.study.candidates import Candidates
 from rfiddesign.study.certificate import runs_hash
-from rfiddesign.study.document import cost_line_records, rounded
+from rfiddesign.study.design_document import rounded
+from rfiddesign.study.document import cost_line_records
 from rfiddesign.study.load import Study
 from rfiddesign.study.pipeline import price_design
 from rfiddesign.study.shelves import FLOOR, FamilySearch, ShelvesFound, factors_of

@@ -47,6 +47,7 @@ from rfiddesign.study.pipeline import Answer, price_design
 from rfiddesign.study.sections import PatternKind
 from rfiddesign.study.stages import OnStage, Stage
 from rfiddesign.study.survey_config import SurveySection, recorded_log
+from rfiddesign.study.survey_found import Denser, Drives, FloorFound, SurveyFound
 from rfiddesign.units import DEG_PER_RAD
 
 # A filter must not take a map for exact [mm].
@@ -54,66 +55,6 @@ _LEAST_SIGMA_MM = 0.1
 # After so many passes mistakes are counted once more.
 EARLY_PASSES = 2
 _STREAM_POSTERIOR = 73
-
-
-@dataclass(frozen=True, eq=False)
-class Drives:
-    """Runs with one map: its name, what the filter is told of it (None: nothing), tags on it, what runs measured."""
-
-    name: str
-    sigma_mm: float | None
-    n_tags: int
-    runs: list[RunMetrics]
-
-    @property
-    def errors_mm(self) -> np.ndarray:
-        """Mean position error of each run [mm]."""
-        return np.array([run.position_mean_mm for run in self.runs])
-
-
-@dataclass(frozen=True, eq=False)
-class Denser:
-    """A denser floor, what it costs more, and drives with its dead and swapped tags known, which is not charged."""
-
-    design: Design
-    n_tags: int
-    extra_cents: int
-    drives: Drives
-    reaches: bool
-
-
-@dataclass(frozen=True, eq=False)
-class FloorFound:
-    """One floor as laid, what its survey found (in all and after the first passes), and drives with each map."""
-
-    installation_mm: float
-    laid: LaidFloor
-    is_recorded: bool
-    surveyed: SurveyedTags
-    early: SurveyedTags | None
-    maps: tuple[Drives, ...]
-    denser: tuple[Denser, ...]
-
-    def drives(self, name: str) -> Drives:
-        """The drives with the map of that name."""
-        return next(drives for drives in self.maps if drives.name == name)
-
-
-@dataclass(frozen=True, eq=False)
-class SurveyFound:
-    """The surveys of a study: for which answer and candidate, what one takes and costs, and floor by floor.
-
-    `hours` are those of a simulated survey with its turns and ways between lanes; of a recorded log the sum of its
-    stretches.
-    """
-
-    answer: Answer
-    candidate: Candidate
-    hours: float
-    driven_m: float
-    n_lanes: int
-    cost: Cost
-    floors: tuple[FloorFound, ...]
 
 
 @dataclass(frozen=True, eq=False)

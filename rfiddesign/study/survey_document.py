@@ -10,9 +10,10 @@ from rfiddesign.evaluate import mean_of
 from rfiddesign.results import folder as files
 from rfiddesign.results import survey as records
 from rfiddesign.results.study_result import MeanRecord
-from rfiddesign.study.document import cost_line_records, rounded
+from rfiddesign.study.design_document import rounded
+from rfiddesign.study.document import cost_line_records
 from rfiddesign.study.load import Study
-from rfiddesign.study.survey import Denser, Drives, FloorFound, SurveyFound
+from rfiddesign.study.survey_found import Denser, Drives, FloorFound, SurveyFound
 from rfiddesign.units import money
 
 # Distances that a record keeps, and tags about the floor's middle that it draws.

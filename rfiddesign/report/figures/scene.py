@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 from shapely import affinity
 from shapely.geometry.base import BaseGeometry
@@ -48,7 +49,10 @@ def scene_figure(
     for obstacle in scene.obstacles:
         _fill(axes, obstacle.outline, _SHELF if obstacle.material == "shelf" else _WALL, 3)
     if drive_mm is not None:
-        axes.plot(*(drive_mm.T / 1e3), c=BLUE if reads is None else "white", lw=0.7, zorder=4, label="a drive")
+        line = axes.plot(*(drive_mm.T / 1e3), c=BLUE if reads is None else "white", lw=0.7, zorder=4, label="a drive")
+        if reads is not None:
+            # An outline lets a white line be seen in the legend too.
+            line[0].set_path_effects([withStroke(linewidth=1.5, foreground=GREY)])
     tags = scene.tags.positions[~scene.is_buried()] / 1e3
     size = float(np.clip(2500.0 / max(len(tags), 1), 0.3, 7.0))
     axes.scatter(*tags.T, s=size, c=VERMILLION, linewidths=0, zorder=5, label=f"{len(tags):,} tags")
@@ -59,8 +63,6 @@ def scene_figure(
     for handle in legend.legend_handles:
         if hasattr(handle, "set_sizes"):
             handle.set_sizes([9.0])
-        elif reads is not None:
-            handle.set_color(GREY)
     return figure
 
 

@@ -101,7 +101,7 @@ def drive_figure(trace: SnapshotTrace) -> Figure:
     plan, curve = figure.subplots(2, 1, height_ratios=(2.2, 1))
     plan.plot(*trace.true_poses[:, :2].T / 1e3, c=GREY, lw=1.2, label="truth")
     plan.plot(*trace.poses[:, :2].T / 1e3, c=VERMILLION, lw=0.7, label="estimate")
-    plan.set_aspect("equal")
+    plan.set_aspect("equal", adjustable="datalim")
     plan.set_xlabel("x [m]")
     plan.set_ylabel("y [m]")
     plan.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
