@@ -50,15 +50,15 @@ def run(
     study : folder of a study, or its study.toml.
     out : folder for the results; default: results/NAME.
     """
+    from rfiddesign.cli.extras import extras_of
     from rfiddesign.cli.progress import StageDisplay
-    from rfiddesign.cli.survey import survey_lines, survey_of, survey_summary
     from rfiddesign.cli.text import answer_lines, comparison_lines
     from rfiddesign.report import write_comparison, write_report
     from rfiddesign.study import load_study, run_study, run_variants
 
     _check_count("--workers", workers, MAX_WORKERS)
     loaded = load_study(study, _settings(set_, seed))
-    folder, surveys = out or Path("results") / loaded.name, None
+    folder, told = out or Path("results") / loaded.name, {}
     try:
         with StageDisplay() as display:
             if loaded.variants:
@@ -69,12 +69,11 @@ def run(
                 result = run_study(loaded, folder, workers, display.show)
                 display.say("drawing the report")
                 page = write_report(folder)
-                surveys = survey_of(folder)
-                lines = answer_lines(result, folder, page, () if surveys is None else tuple(survey_lines(surveys)))
+                told, more = extras_of(folder)
+                lines = answer_lines(result, folder, page, more)
     except KeyboardInterrupt:
         print(f"interrupted; what was done is in {folder}: the same command goes on from there", file=sys.stderr)
         raise SystemExit(INTERRUPTED) from None
-    told = {} if surveys is None else {"survey": survey_summary(surveys)}
     _tell(json, result.model_dump(mode="json") | told | {"report": str(page)}, lines)
 
 

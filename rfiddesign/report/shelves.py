@@ -21,6 +21,8 @@ CSV_HEADER = (
     "family", "robots", "limits_factor", "claim", "design", "currency", "price", "lower_bound", "undecided_cheaper",
     "drives_passed", "drives",
 )  # fmt: skip
+#: Ends a verdict that designs without one might turn.
+UNSURE = " *"
 #: Topics of the figures.
 CURVES, HALL = "shelves", "shelves-hall"
 
@@ -117,7 +119,7 @@ def verdict(shelves: Shelves, floor: FamilyAnswer, other: FamilyAnswer) -> str:
     won, lost = (floor, other) if floor.cost_cents < other.cost_cents else (other, floor)
     saved = money(lost.cost_cents - won.cost_cents, shelves.currency)
     is_surely = lost.lower_bound_cents is not None and lost.lower_bound_cents >= won.cost_cents
-    return f"{NAMES[won.family]}, by {saved}" + ("" if is_surely else " *")
+    return f"{NAMES[won.family]}, by {saved}" + ("" if is_surely else UNSURE)
 
 
 def said(shelves: Shelves) -> tuple[str, ...]:

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rfiddesign.cli.extras import extras_of
 from rfiddesign.errors import StudyError
 from rfiddesign.optimize import cheapest_certified
 from rfiddesign.report import write_report
-from rfiddesign.report.shelves import verdict
+from rfiddesign.report.shelves import cheaper_table, verdict
 from rfiddesign.results.folder import read_record
 from rfiddesign.results.shelves import Shelves
 from rfiddesign.simulation.shelf_run import ShelfJob, shelf_metrics
@@ -157,6 +158,15 @@ def test_the_report_compares_both(shelved, tmp_path):
     assert 'id="figure-floor-or-shelf-20"' in page
     rows = (folder / "shelves.csv").read_text().splitlines()
     assert len(rows) == 1 + 2 * 2 * 2
+
+
+def test_the_command_tells_people_and_machines_which_is_cheaper(shelved, shelves):
+    told, lines = extras_of(shelved)
+    assert [answer["cost_cents"] for answer in told["shelves"]["answers"]] == [a.cost_cents for a in shelves.answers]
+    assert "cost_lines" not in told["shelves"]["answers"][0]
+    assert "floor or shelf" in lines
+    for row in cheaper_table(shelves).rows:
+        assert any(row[2] in line and row[3] in line and row[4] in line for line in lines)
 
 
 def test_verdicts_say_no_more_than_the_answers(shelves):
