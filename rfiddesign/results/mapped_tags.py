@@ -1,9 +1,6 @@
 """A tag map that was learned, as a file for a spreadsheet."""
 
-from pathlib import Path
-
 from rfiddesign.floor.mapped_tags import MappedTags
-from rfiddesign.results.folder import write_text
 
 HEADER = "tag,x_mm,y_mm,var_x_mm2,cov_xy_mm2,var_y_mm2,n_reads"
 
@@ -20,8 +17,3 @@ def mapped_tags_csv(tags: MappedTags) -> str:
         (xx, xy), (_, yy) = covariance
         lines.append(f"{int(tag)},{x:.1f},{y:.1f},{xx:.2f},{xy:.2f},{yy:.2f},{int(n_reads)}")
     return "\n".join(lines) + "\n"
-
-
-def write_mapped_tags_csv(path: Path, tags: MappedTags) -> None:
-    """Write the map, whole or not at all."""
-    write_text(path, mapped_tags_csv(tags))

@@ -5,15 +5,13 @@ import csv
 import numpy as np
 
 from rfiddesign.floor.mapped_tags import mapped_tags
-from rfiddesign.results.mapped_tags import write_mapped_tags_csv
+from rfiddesign.results.mapped_tags import mapped_tags_csv
 
 
-def test_every_cell_below_the_header_is_a_number(tmp_path):
+def test_every_cell_below_the_header_is_a_number():
     covariance = np.array([[4.0, -1.5], [-1.5, 9.0]])
-    path = tmp_path / "mapped.csv"
-    write_mapped_tags_csv(path, mapped_tags([1, 4], [(-10.04, 20.0), (1e5, -3.0)], [covariance, covariance], [3, 7]))
-    with path.open(newline="") as stream:
-        header, *lines = csv.reader(stream)
+    text = mapped_tags_csv(mapped_tags([1, 4], [(-10.04, 20.0), (1e5, -3.0)], [covariance, covariance], [3, 7]))
+    header, *lines = csv.reader(text.splitlines())
     assert header == ["tag", "x_mm", "y_mm", "var_x_mm2", "cov_xy_mm2", "var_y_mm2", "n_reads"]
     assert [[float(cell) for cell in line] for line in lines] == [
         [1, -10.0, 20.0, 4.0, -1.5, 9.0, 3],
@@ -21,7 +19,6 @@ def test_every_cell_below_the_header_is_a_number(tmp_path):
     ]
 
 
-def test_a_map_of_no_tags_has_its_header(tmp_path):
-    path = tmp_path / "mapped.csv"
-    write_mapped_tags_csv(path, mapped_tags([], [], [], []))
-    assert path.read_text().splitlines() == ["tag,x_mm,y_mm,var_x_mm2,cov_xy_mm2,var_y_mm2,n_reads"]
+def test_a_map_of_no_tags_has_its_header():
+    text = mapped_tags_csv(mapped_tags([], [], [], []))
+    assert text.splitlines() == ["tag,x_mm,y_mm,var_x_mm2,cov_xy_mm2,var_y_mm2,n_reads"]
